@@ -1,0 +1,158 @@
+!> The triangle mesh with its cracks: flat arrays (component, entity), entities in internal numbering.
+!>
+!> Edge k of element e runs from its k-th to its (k mod 3)+1-th node, counter-clockwise. Across it lies
+!> neighbour(k, e), also when the edge is cracked: then segment(k, e) > 0 names the crack segment, and the two sides
+!> have nodes of their own wherever the crack has opened the fan (rf_topology).
+module rf_mesh
+   use rf_kinds, only: wp, i1, i8
+   use rf_grow, only: grow
+   implicit none
+   private
+   public :: mesh_t, no_origin
+
+   !> node_origin of a node that is no copy of a node of the deck: a midpoint or a copy of one
+   integer, parameter :: no_origin = 0
+
+   type :: mesh_t
+      !> nodes, elements and crack segments present (arrays may be larger)
+      integer :: n_nodes = 0, n_elements = 0, n_segments = 0
+      !> nodes and elements of the deck; those after them came by splitting
+      integer :: n_deck_nodes = 0, n_deck_elements = 0
+      !> largest ids given so far: new nodes and elements count on from them
+      integer :: last_node_id = 0, last_element_id = 0
+      !> longest side of the box round all nodes, diagonal of that box, mean edge length [length]
+      real(wp) :: size = 0, diagonal = 0, mean_edge = 0
+
+      ! --- nodes
+      !> reference coordinates [length], (2, capacity)
+      real(wp), allocatable :: x(:, :)
+      !> id shown to the user; deck id of the node it is a copy of (no_origin: none)
+      integer, allocatable :: node_id(:), node_origin(:)
+      !> place of the node in all output: deck order, then order of creation
+      integer, allocatable :: node_rank(:)
+      !> an element that has this node
+      integer, allocatable :: element_of(:)
+      !> part of one deck node's loads and means that this copy carries [-]; midpoints carry none
+      real(wp), allocatable :: share(:)
+      !> the node joins parts of the body at a point only (it then never breaks)
+      logical, allocatable :: hinge(:)
+      !> bit b of word w: the node belongs to node set 64 (w - 1) + b + 1
+      integer(i8), allocatable :: node_membership(:, :)
+
+      ! --- elements
+      !> node numbers, counter-clockwise, (3, capacity)
+      integer, allocatable :: connectivity(:, :)
+      !> element across edge k (0: boundary), (3, capacity)
+      integer, allocatable :: neighbour(:, :)
+      !> crack segment on edge k (0: intact), (3, capacity)
+      integer, allocatable :: segment(:, :)
+      !> load group of the boundary face k (0: none); follows the face through every split, (3, capacity)
+      integer, allocatable :: face_tag(:, :)
+      !> id shown to the user; deck id of the ancestor
+      integer, allocatable :: element_id(:), element_origin(:)
+      !> place of the element in all output
+      integer, allocatable :: element_rank(:)
+      !> section of the element (rf_material)
+      integer, allocatable :: section(:)
+      !> how often an ancestor was bisected
+      integer(i1), allocatable :: split_level(:)
+      !> bit b of word w: the element belongs to element set 64 (w - 1) + b + 1
+      integer(i8), allocatable :: element_membership(:, :)
+
+      ! --- crack segments: one cracked edge each
+      !> the two elements that share the cracked edge, (2, capacity)
+      integer, allocatable :: segment_element(:, :)
+      !> 1 tension, 2 shear, 0 pre-existing
+      integer(i1), allocatable :: segment_mode(:)
+      !> event that cracked it (0: pre-existing)
+      integer, allocatable :: segment_event(:)
+   contains
+      procedure :: reserve_nodes, reserve_elements, reserve_segments
+      procedure :: edge_index, area, node_in_set, element_in_set
+   end type mesh_t
+
+contains
+
+   !> Make room for n nodes in all node arrays.
+   subroutine reserve_nodes(self, n)
+      class(mesh_t), intent(inout) :: self
+      !> nodes that must fit
+      integer, intent(in) :: n
+      call grow(self%x, n, 2)
+      call grow(self%node_id, n)
+      call grow(self%node_origin, n)
+      call grow(self%node_rank, n)
+      call grow(self%element_of, n)
+      call grow(self%share, n)
+      call grow(self%hinge, n)
+      call grow(self%node_membership, n, 1)
+   end subroutine reserve_nodes
+
+   !> Make room for n elements in all element arrays.
+   subroutine reserve_elements(self, n)
+      class(mesh_t), intent(inout) :: self
+      !> elements that must fit
+      integer, intent(in) :: n
+      call grow(self%connectivity, n, 3)
+      call grow(self%neighbour, n, 3)
+      call grow(self%segment, n, 3)
+      call grow(self%face_tag, n, 3)
+      call grow(self%element_id, n)
+      call grow(self%element_origin, n)
+      call grow(self%element_rank, n)
+      call grow(self%section, n)
+      call grow(self%split_level, n)
+      call grow(self%element_membership, n, 1)
+   end subroutine reserve_elements
+
+   !> Make room for n crack segments.
+   subroutine reserve_segments(self, n)
+      class(mesh_t), intent(inout) :: self
+      !> segments that must fit
+      integer, intent(in) :: n
+      call grow(self%segment_element, n, 2)
+      call grow(self%segment_mode, n)
+      call grow(self%segment_event, n)
+   end subroutine reserve_segments
+
+   !> Which edge (1 to 3) of an element has a given neighbour across it; 0 if none.
+   pure integer function edge_index(self, element, across) result(k)
+      class(mesh_t), intent(in) :: self
+      !> the element and the one across the edge
+      integer, intent(in) :: element, across
+      do k = 3, 1, -1
+         if (self%neighbour(k, element) == across) return
+      end do
+   end function edge_index
+
+   !> Area of an element [length^2], positive for counter-clockwise nodes.
+   pure real(wp) function area(self, element)
+      class(mesh_t), intent(in) :: self
+      integer, intent(in) :: element
+      real(wp) :: a(2), b(2)
+      a = self%x(:, self%connectivity(2, element)) - self%x(:, self%connectivity(1, element))
+      b = self%x(:, self%connectivity(3, element)) - self%x(:, self%connectivity(1, element))
+      area = 0.5_wp*(a(1)*b(2) - a(2)*b(1))
+   end function area
+
+   !> Whether a node belongs to a node set.
+   pure logical function node_in_set(self, node, set)
+      class(mesh_t), intent(in) :: self
+      integer, intent(in) :: node
+      !> number of the set (0: none, nothing belongs to it)
+      integer, intent(in) :: set
+      node_in_set = .false.
+      if (set > 0) node_in_set = btest(self%node_membership((set - 1)/64 + 1, node), mod(set - 1, 64))
+   end function node_in_set
+
+   !> Whether an element belongs to an element set.
+   pure logical function element_in_set(self, element, set)
+      class(mesh_t), intent(in) :: self
+      integer, intent(in) :: element
+      !> number of the set (0: none)
+      integer, intent(in) :: set
+      element_in_set = .false.
+      if (set > 0) element_in_set = btest(self%element_membership((set - 1)/64 + 1, element), mod(set - 1, 64))
+   end function element_in_set
+
+end module rf_mesh
