@@ -3,14 +3,14 @@
 !> The rules are those of docs/deck.md. Every byte is looked at once; data lines are only found here, their fields are
 !> taken apart when a reader asks for them.
 module rf_deck_lexer
-   use rf_deck_store, only: store_t, block_t, edit_t, file_t, parameter_t, add_block, add_edit, add_line, add_option, &
-      add_parameter, kind_index, pool_append, index_blocks, before_steps, inside_step, after_steps
+   use rf_deck_characters, only: take_line, character_problem, first_refused, letters, has_zero, has_angle
+   use rf_deck_files, only: add_file, enter_file, refuse_loop
+   use rf_deck_parameters, only: take_overrides, check_overrides, define_parameter, substitute
+   use rf_deck_store, only: store_t, block_t, edit_t, add_block, add_edit, add_line, add_option, kind_index, pool_append, &
+      index_blocks, before_steps, inside_step, after_steps
    use rf_diagnostics, only: place_t
    use rf_grow, only: grow
-   use rf_number, only: read_real, number_ok, number_problem
-   use rf_system, only: read_whole, real_path, read_ok, read_missing, read_folder, read_refused, read_too_large, largest_file
-   use rf_text, only: text_t, add_text, did_you_mean, file_folder, first_filled, is_blank, last_filled, same_text, squeezed, &
-      to_text, upper
+   use rf_text, only: add_text, file_folder, first_filled, last_filled, same_text, squeezed, to_text, upper
    implicit none
    private
    public :: lex_file, lex_text, standard_input
@@ -21,26 +21,14 @@ module rf_deck_lexer
    integer, parameter :: longest_line = 2000
    !> longest keyword line together with the lines that continue it [characters]
    integer, parameter :: longest_keyword = 20*longest_line
-   !> most files in a deck: whoever has more has files that include each other without end
-   integer, parameter :: most_files = 1000
    !> most different keywords: a deck with more is no deck
    integer, parameter :: most_keywords = 500
 
-   !> what is special about a character; a line has the sum of what its characters have
-   integer, parameter :: has_foreign = 1, has_control = 2, has_return = 4, has_zero = 8, has_angle = 16
-   integer, parameter :: class_of(0:255) = [has_zero, spread(has_control, 1, 8), 0, 0, spread(has_control, 1, 2), has_return, &
-      spread(has_control, 1, 18), spread(0, 1, 28), has_angle, spread(0, 1, 66), has_control, spread(has_foreign, 1, 128)]
    !> UTF-8 byte order mark
    integer, parameter :: byte_order_mark(3) = [239, 187, 191]
 
    !> the kinds of blocks that the lexer itself reads
    integer, parameter :: block_none = 0, block_data = 1, block_heading = 2, block_parameter = 3, block_stray = 4
-
-   !> one --set
-   type :: override_t
-      character(len=:), allocatable :: name, value
-      logical :: used = .false.
-   end type override_t
 
    !> where the lexer is
    type :: lexer_t
@@ -55,7 +43,6 @@ module rf_deck_lexer
       logical :: in_step = .false.
       integer :: step = 0
       type(place_t) :: step_place
-      type(override_t), allocatable :: overrides(:)
    end type lexer_t
 
 contains
@@ -72,7 +59,7 @@ contains
       logical :: done
       name = path
       if (len(path) == 0) name = standard_input
-      call take_overrides(store, lexer, overrides)
+      call take_overrides(store, overrides)
       call add_file(store, path, name, 0, done)
       if (done) call lex_all(store, lexer)
    end subroutine lex_file
@@ -87,7 +74,7 @@ contains
       !> NAME=VALUE, each replaces the value of a *PARAMETER
       character(len=*), intent(in) :: overrides(:)
       type(lexer_t) :: lexer
-      call take_overrides(store, lexer, overrides)
+      call take_overrides(store, overrides)
       call enter_file(store, text, name, name, 0)
       call lex_all(store, lexer)
    end subroutine lex_text
@@ -96,103 +83,12 @@ contains
    subroutine lex_all(store, lexer)
       type(store_t), intent(inout) :: store
       type(lexer_t), intent(inout) :: lexer
-      integer :: i
-      type(text_t), allocatable :: names(:)
       call lex_lines(store, lexer, 1)
       if (lexer%in_step) call store%diagnostics%error(lexer%step_place, '*STEP has no *END STEP')
       store%n_steps = lexer%step
       call index_blocks(store)
-      call parameter_names(store, names)
-      do i = 1, size(lexer%overrides)
-         if (lexer%overrides(i)%used .or. store%diagnostics%reading_failed) cycle
-         call store%diagnostics%error(place_t(), '--set '//lexer%overrides(i)%name//': the deck has no *PARAMETER of that name' &
-            //did_you_mean(lexer%overrides(i)%name, names))
-      end do
+      call check_overrides(store)
    end subroutine lex_all
-
-   !> Take the --set arguments apart.
-   subroutine take_overrides(store, lexer, overrides)
-      type(store_t), intent(inout) :: store
-      type(lexer_t), intent(inout) :: lexer
-      character(len=*), intent(in) :: overrides(:)
-      character(len=:), allocatable :: name, value
-      integer :: i, cut
-      name = ''
-      allocate (lexer%overrides(size(overrides)))
-      do i = 1, size(overrides)
-         cut = index(overrides(i), '=')
-         name = upper(squeezed(overrides(i)(:cut - 1)))
-         value = squeezed(overrides(i)(cut + 1:))
-         lexer%overrides(i)%name = name
-         lexer%overrides(i)%value = value
-         if (cut == 0) then
-            call store%diagnostics%error(place_t(), '--set '//trim(overrides(i))//': must be NAME=VALUE')
-            lexer%overrides(i)%used = .true.
-         else
-            call check_parameter(store, place_t(), '--set '//name, value)
-         end if
-      end do
-   end subroutine take_overrides
-
-   !> Read a file into the pool; says what is wrong if it cannot be read.
-   subroutine add_file(store, path, name, parent, done, place)
-      type(store_t), intent(inout) :: store
-      !> where it lies; what messages call it
-      character(len=*), intent(in) :: path, name
-      !> file that includes it (0: none)
-      integer, intent(in) :: parent
-      logical, intent(out) :: done
-      !> the *INCLUDE
-      type(place_t), intent(in), optional :: place
-      character(len=:), allocatable :: text, what
-      type(place_t) :: at
-      integer :: status
-      what = 'the deck '//name
-      if (present(place)) then
-         at = place
-         what = 'the included file '//name
-      end if
-      call read_whole(path, text, status)
-      done = .false.
-      if (status == read_missing) then
-         call store%diagnostics%error(at, what//' does not exist')
-      else if (status == read_folder) then
-         call store%diagnostics%error(at, what//' is a folder')
-      else if (status == read_too_large .or. int(len(text)) > largest_file - store%pool_used) then
-         call store%diagnostics%error(at, what//' is too large: at most '//to_text(largest_file)//' bytes can be read')
-      else if (status /= read_ok) then
-         call store%diagnostics%error(at, what//trim(merge(': no permission to read it', ': reading failed          ', &
-            status == read_refused)))
-         store%diagnostics%reading_failed = .true.
-      else
-         done = .true.
-         call enter_file(store, text, name, real_path(path), parent)
-      end if
-   end subroutine add_file
-
-   !> Append a file's text to the pool and the file to the list.
-   subroutine enter_file(store, text, name, path, parent)
-      type(store_t), intent(inout) :: store
-      character(len=*), intent(in) :: text, name, path
-      integer, intent(in) :: parent
-      type(file_t), allocatable :: larger(:)
-      integer :: n, first, last
-      call pool_append(store, text, first, last)
-      n = store%n_files
-      if (.not. allocated(store%files)) allocate (store%files(4))
-      if (n == size(store%files)) then
-         allocate (larger(2*n))
-         larger(:n) = store%files
-         call move_alloc(larger, store%files)
-      end if
-      n = n + 1
-      store%n_files = n
-      store%files(n)%name = name
-      store%files(n)%real_path = path
-      store%files(n)%parent = parent
-      store%files(n)%first = first
-      store%files(n)%last = last
-   end subroutine enter_file
 
    !> All lines of one file.
    recursive subroutine lex_lines(store, lexer, file)
@@ -231,34 +127,6 @@ contains
       end if
    end subroutine lex_lines
 
-   !> Next line: first and last character that is not blank, sum of what is special in it.
-   subroutine take_line(pool, last, place, start, finish, special)
-      character(len=*), intent(in) :: pool
-      !> last place of the file
-      integer, intent(in) :: last
-      !> where the line begins; afterwards: where the next one does
-      integer, intent(inout) :: place
-      integer, intent(out) :: start, finish, special
-      integer :: code, i
-      special = 0
-      start = place
-      do i = place, last
-         code = iachar(pool(i:i))
-         if (code == 10) exit
-         special = ior(special, class_of(iand(code, 255)))
-      end do
-      place = i + 1
-      finish = i - 1
-      do while (start <= finish)
-         if (.not. is_blank(pool(start:start))) exit
-         start = start + 1
-      end do
-      do while (finish >= start)
-         if (.not. is_blank(pool(finish:finish))) exit
-         finish = finish - 1
-      end do
-   end subroutine take_line
-
    !> A line with something special: is that allowed where it stands?
    subroutine check_line(store, lexer, start, finish, special, stopped)
       type(store_t), intent(inout) :: store
@@ -290,12 +158,10 @@ contains
       free = index(store%pool(start:finish), '**') == 1
       free = free .or. (lexer%block == block_heading .and. .not. lexer%continues .and. store%pool(start:start) /= '*')
       if (free) return
-      do i = start, finish
-         if (iand(class_of(iand(iachar(store%pool(i:i)), 255)), has_foreign + has_control + has_return) == 0) cycle
-         call store%diagnostics%error(place, character_problem(store%pool(i:i), i - start + 1))
-         call spoil(store, lexer, finish, start)
-         return
-      end do
+      i = first_refused(store%pool(start:finish))
+      if (i == 0) return
+      call store%diagnostics%error(place, character_problem(store%pool(start + i - 1:start + i - 1), i))
+      call spoil(store, lexer, finish, start)
    end subroutine check_line
 
    !> Pass over a line that cannot be read, and do not let that cause further errors.
@@ -311,33 +177,6 @@ contains
       end if
       finish = start - 1
    end subroutine spoil
-
-   !> What is wrong with a character.
-   pure function character_problem(letter, column) result(problem)
-      character(len=1), intent(in) :: letter
-      !> its place in the line, blanks before it not counted
-      integer, intent(in) :: column
-      character(len=:), allocatable :: problem
-      integer :: code
-      code = iand(iachar(letter), 255)
-      if (code > 127) then
-         problem = 'character '//to_text(column)//' is not ASCII, which is allowed in comments and headings only'
-      else if (code == 13) then
-         problem = 'a carriage return inside the line: lines must end with LF or CRLF'
-      else
-         problem = 'character '//to_text(column)//' is a control character (code '//to_text(code)//')'
-      end if
-   end function character_problem
-
-   !> Characters of a text in UTF-8: bytes that begin one.
-   pure integer function letters(text)
-      character(len=*), intent(in) :: text
-      integer :: i
-      letters = 0
-      do i = 1, len(text)
-         if (iand(iachar(text(i:i)), 192) /= 128) letters = letters + 1
-      end do
-   end function letters
 
    !> One line that is not empty.
    subroutine lex_line(store, lexer, start, finish, angle, include_file)
@@ -376,7 +215,7 @@ contains
          case (block_heading)
             call add_text(store%heading, store%n_heading, store%pool(start:finish))
          case (block_parameter)
-            call define_parameter(store, lexer, start, finish)
+            call define_parameter(store, line_here(store, lexer, start, finish), lexer%file, start, finish)
          case (block_none)
             call store%diagnostics%error(line_here(store, lexer, start, finish), &
                'a data line before the first keyword; keywords begin with *, comments with **')
@@ -570,7 +409,7 @@ contains
          return
       end if
       if (path(1:1) /= '/') path = file_folder(store%files(lexer%file)%name)//path
-      call refuse_loop(store, lexer, path, done)
+      call refuse_loop(store, place, lexer%file, path, done)
       if (.not. done) return
       call add_file(store, path, path, lexer%file, done, place)
       if (.not. done) return
@@ -581,102 +420,6 @@ contains
       edit%included = include_file
       call add_edit(store, edit)
    end subroutine include
-
-   !> An *INCLUDE of a file that is being read, or of one too many, is an error.
-   subroutine refuse_loop(store, lexer, path, allowed)
-      type(store_t), intent(inout) :: store
-      type(lexer_t), intent(in) :: lexer
-      character(len=*), intent(in) :: path
-      logical, intent(out) :: allowed
-      character(len=:), allocatable :: resolved
-      integer :: file
-      resolved = real_path(path)
-      allowed = .false.
-      file = lexer%file
-      do while (file > 0)
-         if (same_text(store%files(file)%real_path, resolved)) then
-            call store%diagnostics%error(keyword_place(store, lexer), '*INCLUDE of '//path//' is a loop: that file is being read')
-            return
-         end if
-         file = store%files(file)%parent
-      end do
-      allowed = store%n_files < most_files
-      if (.not. allowed) call store%diagnostics%error(keyword_place(store, lexer), &
-         'more than '//to_text(most_files)//' files in one deck')
-   end subroutine refuse_loop
-
-   !> A data line of *PARAMETER: NAME = number.
-   subroutine define_parameter(store, lexer, start, finish)
-      type(store_t), intent(inout) :: store
-      type(lexer_t), intent(inout) :: lexer
-      integer, intent(in) :: start, finish
-      type(parameter_t) :: parameter
-      character(len=:), allocatable :: text
-      integer :: cut, i
-      parameter%place = line_here(store, lexer, start, finish)
-      text = store%pool(start:finish)
-      if (text(len(text):) == ',') text = text(:len(text) - 1)
-      if (index(text, '<') > 0) call substitute(store, parameter%place, text)
-      cut = index(text, '=')
-      parameter%name = upper(squeezed(text(:cut - 1)))
-      if (.not. is_name(parameter%name)) then
-         call store%diagnostics%error(parameter%place, 'a line of *PARAMETER is NAME = number; a NAME has letters, digits and _')
-         return
-      end if
-      do i = 1, store%n_parameters
-         if (.not. same_text(store%parameters(i)%name, parameter%name)) cycle
-         call store%diagnostics%error(parameter%place, 'parameter '//parameter%name//' is already defined at '// &
-            store%parameters(i)%place%label())
-         return
-      end do
-      parameter%value = squeezed(text(cut + 1:))
-      call check_parameter(store, parameter%place, parameter%name, parameter%value)
-      call override(store, lexer, start, finish, parameter)
-      call add_parameter(store, parameter)
-   end subroutine define_parameter
-
-   !> The value of a --set takes the place of the deck's.
-   subroutine override(store, lexer, start, finish, parameter)
-      type(store_t), intent(inout) :: store
-      type(lexer_t), intent(inout) :: lexer
-      integer, intent(in) :: start, finish
-      type(parameter_t), intent(inout) :: parameter
-      type(edit_t) :: edit
-      integer :: i
-      do i = 1, size(lexer%overrides)
-         if (.not. same_text(lexer%overrides(i)%name, parameter%name)) cycle
-         lexer%overrides(i)%used = .true.
-         parameter%value = lexer%overrides(i)%value
-         parameter%overridden = .true.
-      end do
-      if (.not. parameter%overridden) return
-      edit%file = lexer%file
-      edit%first = start
-      edit%last = finish
-      edit%replacement = parameter%name//' = '//parameter%value
-      call add_edit(store, edit)
-   end subroutine override
-
-   !> A parameter's value must be a number.
-   subroutine check_parameter(store, place, name, value)
-      type(store_t), intent(inout) :: store
-      type(place_t), intent(in) :: place
-      character(len=*), intent(in) :: name
-      !> a harmless one on return if it was none
-      character(len=:), allocatable, intent(inout) :: value
-      real(kind(1d0)) :: number
-      integer :: status
-      call read_real(value, number, status)
-      if (status == number_ok) return
-      call store%diagnostics%error(place, name//' = '''//value//''' '//number_problem(status, .false.))
-      value = '1'
-   end subroutine check_parameter
-
-   !> Letters, digits and _, at least one.
-   pure logical function is_name(text)
-      character(len=*), intent(in) :: text
-      is_name = len(text) > 0 .and. verify(text, 'ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_') == 0
-   end function is_name
 
    !> A data line with a <NAME>: what stands for it goes to the end of the pool.
    subroutine add_changed_line(store, lexer, start, finish)
@@ -698,67 +441,6 @@ contains
       store%changed_start(n) = start
       store%changed_finish(n) = finish
    end subroutine add_changed_line
-
-   !> Put a parameter's value where its <NAME> stands.
-   subroutine substitute(store, place, text)
-      type(store_t), intent(inout) :: store
-      !> where the text stands
-      type(place_t), intent(in) :: place
-      character(len=:), allocatable, intent(inout) :: text
-      character(len=:), allocatable :: done
-      integer :: open, length
-      done = ''
-      do
-         open = index(text, '<')
-         if (open == 0) exit
-         length = index(text(open:), '>')
-         if (length == 0) then
-            call store%diagnostics%error(place, 'a < without a >; <NAME> stands for the value of a *PARAMETER')
-            text(open:open) = ' '
-            exit
-         end if
-         done = done//text(:open - 1)//parameter_value(store, place, text(open + 1:open + length - 2))
-         text = text(open + length:)
-         if (len(done) > longest_line) then
-            call store%diagnostics%error(place, 'with the values of its parameters the line has more than '// &
-               to_text(longest_line)//' characters')
-            done = done(:longest_line)
-            text = ''
-         end if
-      end do
-      text = done//text
-   end subroutine substitute
-
-   !> Value of a parameter; one that is unknown is an error and reads as 1.
-   function parameter_value(store, place, written) result(value)
-      type(store_t), intent(inout) :: store
-      type(place_t), intent(in) :: place
-      !> what stands between < and >
-      character(len=*), intent(in) :: written
-      character(len=:), allocatable :: value
-      character(len=:), allocatable :: name
-      type(text_t), allocatable :: names(:)
-      integer :: i
-      name = upper(squeezed(written))
-      do i = 1, store%n_parameters
-         if (.not. same_text(store%parameters(i)%name, name)) cycle
-         value = store%parameters(i)%value
-         return
-      end do
-      value = '1'
-      call parameter_names(store, names)
-      call store%diagnostics%error(place, '<'//name//'> is no *PARAMETER defined before this line'//did_you_mean(name, names))
-   end function parameter_value
-
-   subroutine parameter_names(store, names)
-      type(store_t), intent(in) :: store
-      type(text_t), allocatable, intent(out) :: names(:)
-      integer :: i
-      allocate (names(store%n_parameters))
-      do i = 1, store%n_parameters
-         names(i)%s = store%parameters(i)%name
-      end do
-   end subroutine parameter_names
 
    !> The keyword line as a place for a message.
    pure function keyword_place(store, lexer) result(place)

@@ -11,7 +11,7 @@ module rf_deck_store
    implicit none
    private
    public :: store_t, file_t, block_t, option_t, kind_t, item_t, setting_t, edit_t, parameter_t
-   public :: add_line, add_block, add_option, add_edit, add_setting, add_parameter, add_item, pool_append, pool_room, find_kind, &
+   public :: add_line, add_block, add_option, add_edit, add_setting, add_parameter, add_item, pool_append, find_kind, &
       kind_index, file_of, line_place, block_place, index_blocks, request
    public :: in_model, in_step, in_both, before_steps, inside_step, after_steps, no_line
 
@@ -111,6 +111,13 @@ module rf_deck_store
       logical :: overridden = .false.
    end type parameter_t
 
+   !> one --set
+   type :: override_t
+      character(len=:), allocatable :: name, value
+      logical :: used = .false.
+   end type override_t
+
+   !> the deck
    type :: store_t
       !> being described, not read
       logical :: manual = .false.
@@ -134,6 +141,7 @@ module rf_deck_store
       integer :: n_kinds = 0
       type(parameter_t), allocatable :: parameters(:)
       integer :: n_parameters = 0
+      type(override_t), allocatable :: overrides(:)
       type(edit_t), allocatable :: edits(:)
       integer :: n_edits = 0
       type(setting_t), allocatable :: settings(:)
