@@ -16,7 +16,6 @@ notes in good/, and in bad/ if any is expected.
 """
 
 import argparse
-import os
 import re
 import shlex
 import subprocess
@@ -93,7 +92,7 @@ def check(rfem, deck, is_good):
             )
         except subprocess.TimeoutExpired:
             return ["no end within 120 s"]
-        left_behind = sorted(os.listdir(folder))
+        left_behind = sorted(path.name for path in Path(folder).iterdir())
     stdout, stderr = (stream.decode("utf-8", errors="replace") for stream in (result.stdout, result.stderr))
     complaints = []
     if result.returncode != status:
@@ -114,7 +113,7 @@ def check(rfem, deck, is_good):
 def main(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rfem", required=True, type=Path, help="the program")
-    parser.add_argument("--folder", default=HERE, type=Path, help="where bad/ and good/ are (default: beside this file)")
+    parser.add_argument("--folder", default=HERE, type=Path, help="where bad/ and good/ are (default: here)")
     parser.add_argument("decks", nargs="*", type=Path, help="decks to check (default: all of bad/ and good/)")
     options = parser.parse_args(arguments)
     decks = options.decks or sorted(options.folder.glob("bad/*.inp")) + sorted(options.folder.glob("good/*.inp"))

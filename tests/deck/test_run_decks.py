@@ -47,7 +47,8 @@ class TestRunDecks(unittest.TestCase):
         self.assert_passes("bad", expect + "** EXIT: 3\n" + ERROR + "!exit 3\n")
         self.assert_passes("bad", ERROR + "!exit 2\n", expect)
         self.assert_passes("bad", expect + ERROR + '!echo "rfem: note: by the way" >&2\n!exit 2\n')
-        self.assert_passes("bad", expect + "** ARGUMENTS: -n 'a b'\n" + '![ "$4" = "a b" ] || exit 5\n' + ERROR + "!exit 2\n")
+        arguments = "** ARGUMENTS: -n 'a b'\n" + '![ "$4" = "a b" ] || exit 5\n'
+        self.assert_passes("bad", expect + arguments + ERROR + "!exit 2\n")
         self.assert_complains("says no", "bad", ERROR + "!exit 2\n")
         self.assert_complains("exit status 0, expected 2", "bad", expect + ERROR)
         self.assert_complains("expected error: case.inp:1: wrong", "bad", expect + "!exit 2\n")
