@@ -109,6 +109,7 @@ contains
       do while (place <= last .and. .not. stopped)
          call take_line(store%pool, last, place, start, finish, special)
          lexer%line = lexer%line + 1
+         if (start > finish) cycle
          if (special /= 0 .or. finish - start >= longest_line) call check_line(store, lexer, start, finish, special, stopped)
          if (stopped) exit
          if (start > finish) cycle
