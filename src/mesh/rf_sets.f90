@@ -189,31 +189,28 @@ contains
       in_ring = radius >= inner - margin .and. radius <= outer + margin
    end function in_ring
 
-   !> The point nearest to a given one; of those as near within the margin, the one with the lowest id.
-   pure integer function nearest_point(x, id, point, margin) result(nearest)
-      !> points [length], (2, n); their ids
+   !> The point nearest to a given one; of those as near within the margin, the one with the lowest id; 0 if none counts.
+   pure integer function nearest_point(x, counts, id, point, margin) result(nearest)
+      !> points [length], (2, n); which of them count; their ids (the array may be larger)
       real(wp), intent(in) :: x(:, :)
+      logical, intent(in) :: counts(:)
       integer, intent(in) :: id(:)
       !> the given place [length]
       real(wp), intent(in) :: point(2)
       !> differences of distance that do not count [length]
       real(wp), intent(in) :: margin
-      real(wp), allocatable :: distance(:)
       real(wp) :: least
       integer :: i
       nearest = 0
-      allocate (distance(size(id)))
-      do i = 1, size(id)
-         distance(i) = norm2(x(:, i) - point)
+      least = huge(1.0_wp)
+      do i = 1, size(counts)
+         if (counts(i)) least = min(least, norm2(x(:, i) - point))
       end do
-      least = minval(distance)
-      do i = 1, size(id)
-         if (distance(i) > least + margin) cycle
-         if (nearest == 0) then
-            nearest = i
-         else if (id(i) < id(nearest)) then
-            nearest = i
-         end if
+      do i = 1, size(counts)
+         if (.not. counts(i)) cycle
+         if (norm2(x(:, i) - point) > least + margin) cycle
+         if (nearest == 0) nearest = i
+         if (id(i) < id(nearest)) nearest = i
       end do
    end function nearest_point
 
