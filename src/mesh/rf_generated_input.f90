@@ -32,9 +32,10 @@ contains
       type(draft_t), intent(inout) :: draft
       type(card_t) :: card
       type(order_t) :: order
-      call deck%open(card, 'MESH', where=in_model, about='makes nodes and elements of a rectangle. Node sets LEFT, RIGHT, BOTTOM '// &
-                     'and TOP include the corners. Node (i, j) has id 1 + i + j (nx + 1), those in the middle of CROSS come '// &
-                     'after them; STAGGERED is a near-equilateral lattice with sides of about the cells'' size, ids row by row')
+      call deck%open(card, 'MESH', where=in_model, about='makes nodes and elements of a rectangle. Node sets '// &
+                     'LEFT, RIGHT, BOTTOM and TOP include the corners. Node (i, j) has id 1 + i + j (nx + 1), centres '// &
+                     'of CROSS come after them; STAGGERED is a near-equilateral lattice with sides of about '// &
+                     'the cells'' size, ids row by row')
       do while (deck%next(card))
          call read_order(card, order)
          if (card%describing()) cycle

@@ -3,6 +3,7 @@
 module rf_id_map
    use rf_kinds, only: i8
    use rf_grow, only: grow
+   use rf_numbering, only: order_by_key
    implicit none
    private
    public :: id_map_t
@@ -24,7 +25,7 @@ module rf_id_map
       !> the table has 2^slot_bits slots
       integer, private :: slot_bits = 0
    contains
-      procedure :: add, find, largest, largest_free
+      procedure :: add, find, largest, base_for_new
       procedure, private :: build_table, slot_of
    end type id_map_t
 
@@ -74,28 +75,27 @@ contains
       if (self%n > 0) largest = maxval(self%id(:self%n))
    end function largest
 
-   !> An id above which at least `room` numbers are free: the largest, or where that lies at the end of the integers,
-   !> one below a gap. 0 if there is no such gap below the ids given.
-   pure integer function largest_free(self, room)
+   !> The number that new ids count on from: the largest id, or, where fewer than `room` numbers are left above that,
+   !> the id (or 0) below the widest gap.
+   pure integer function base_for_new(self, room) result(base)
       class(id_map_t), intent(in) :: self
-      !> numbers that must be free
+      !> numbers wanted
       integer, intent(in) :: room
-      integer :: candidate, entry
-      logical :: blocked
-      largest_free = self%largest()
-      if (largest_free <= huge(1) - room) return
-      candidate = huge(1) - room
-      do while (candidate > 0) ! from the top down, a room at a time: each pass is O(n), and few are needed
-         blocked = .false.
-         do entry = 1, self%n
-            if (self%id(entry) > candidate .and. self%id(entry) - candidate <= room) blocked = .true.
-         end do
-         largest_free = candidate
-         if (.not. blocked) return
-         candidate = candidate - room
+      integer, allocatable :: order(:)
+      integer :: i, below, widest
+      base = self%largest()
+      if (base <= huge(1) - room) return
+      widest = huge(1) - base
+      below = 0
+      order = order_by_key(int(self%id(:self%n), i8))
+      do i = 1, self%n
+         if (self%id(order(i)) - below > widest) then
+            widest = self%id(order(i)) - below
+            base = below
+         end if
+         below = self%id(order(i))
       end do
-      largest_free = 0
-   end function largest_free
+   end function base_for_new
 
    !> Make a table of at least so many slots and fill all entries in.
    pure subroutine build_table(self, at_least)

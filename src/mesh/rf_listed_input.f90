@@ -82,12 +82,14 @@ contains
          call card%get_name('ELSET', set, default='', about='set that these elements belong to')
          first = elements%ids%n + 1
          if (card%failed()) then
-            call card%skip_lines()
+            call read_ids(card, elements, draft)
             draft%failed_elements = draft%failed_elements + 1
          else if (kind == 'CPE3' .or. kind == 'CPS3') then
             call read_triangles(card, nodes, elements, draft, kind == 'CPE3')
          else
-            call read_lines(card, elements, draft)
+            draft%lines = draft%lines - elements%ids%n
+            call read_ids(card, elements, draft)
+            draft%lines = draft%lines + elements%ids%n
          end if
          if (len(set) > 0) call elements%sets%add_run(elements%sets%define(set, card%keyword_place()), first, elements%ids%n)
       end do
@@ -147,8 +149,8 @@ contains
          call card%error('element '//to_text(element_id)//': no node '//to_text(node_id)//' is defined')
    end subroutine unknown_node
 
-   !> The data lines of a block of line elements: only their ids are kept, for the sets that name them.
-   subroutine read_lines(card, elements, draft)
+   !> The data lines of a block that stays out of the mesh: only the ids are kept, for the sets that name them.
+   subroutine read_ids(card, elements, draft)
       type(card_t), intent(inout) :: card
       type(catalogue_t), intent(inout) :: elements
       type(draft_t), intent(inout) :: draft
@@ -161,9 +163,8 @@ contains
          if (known > 0) then
             call defined_twice(card, 'element', id, draft%element_line(known), draft%twice_elements)
          else
-            draft%lines = draft%lines + 1
             call draft%add_element([0, 0, 0], .false., card%data_line)
          end if
       end do
-   end subroutine read_lines
+   end subroutine read_ids
 end module rf_listed_input

@@ -63,8 +63,8 @@ contains
       call turn_clockwise(draft%raw, turned)
       call report(deck, self%elements, draft, turned, diagnostics)
       call assemble(draft%raw, self%nodes%ids%id, self%elements%ids%id, along_curve, mesh, self%nodes%place, self%elements%place)
-      mesh%last_node_id = self%nodes%ids%largest_free(room_for_ids)
-      mesh%last_element_id = self%elements%ids%largest_free(room_for_ids)
+      mesh%last_node_id = self%nodes%ids%base_for_new(room_for_ids)
+      mesh%last_element_id = self%elements%ids%base_for_new(room_for_ids)
       self%plane_strain = moved(draft%raw%plane_strain, self%elements%place, mesh%n_elements)
       self%turned = moved(turned, self%elements%place, mesh%n_elements)
       call adopt_sets(self%nodes, mesh%n_nodes, mesh%node_membership, diagnostics)
@@ -123,7 +123,7 @@ contains
       logical, allocatable :: counts(:)
       real(wp) :: low(2), high(2), model_size
       integer :: e
-      counts = used_nodes(draft%raw)
+      allocate (counts, source=used_nodes(draft%raw))
       call box_of(draft%raw, counts, low, high)
       model_size = maxval(high - low)
       call read_sets(deck, 'NSET', nodes, draft%raw%x, counts, model_size)
@@ -170,7 +170,7 @@ contains
       type(place_t) :: nowhere
       integer, allocatable :: flat(:)
       integer :: i
-      flat = flat_elements(draft%raw)
+      allocate (flat, source=flat_elements(draft%raw))
       if (size(flat) == 0) return
       call deck%open(card, 'ELEMENT', where=in_model)
       do i = 1, min(shown, size(flat))
@@ -218,7 +218,7 @@ contains
       logical, allocatable :: within(:, :)
       integer :: entry, word, bit, set
       call catalogue%sets%close_table(within, diagnostics)
-      entry_bits = catalogue%sets%membership(within, catalogue%ids%n)
+      allocate (entry_bits, source=catalogue%sets%membership(within, catalogue%ids%n))
       if (allocated(bits)) deallocate (bits)
       allocate (bits(size(entry_bits, 1), n), catalogue%n_members(catalogue%sets%n))
       bits = 0_i8
@@ -244,21 +244,18 @@ contains
       type(draft_t), intent(in) :: draft
       type(diagnostics_t), intent(inout) :: diagnostics
       type(place_t) :: nowhere
+      integer, allocatable :: left(:)
       character(len=:), allocatable :: list
-      integer :: entry, n
+      integer :: i
       if (draft%lines > 0) call diagnostics%note(nowhere, counted(draft%lines, 'line element')//' left out'//emptied(elements))
-      n = count(nodes%place == 0)
-      if (n == 0 .or. draft%failed_elements > 0) return
+      left = pack(nodes%ids%id(:nodes%ids%n), nodes%place == 0)
+      if (size(left) == 0 .or. draft%failed_elements > 0) return
       list = ''
-      do entry = 1, nodes%ids%n
-         if (nodes%place(entry) > 0) cycle
-         n = n - 1
-         if (count(nodes%place(:entry) == 0) > ids_named) exit
-         list = list//' '//to_text(nodes%ids%id(entry))
+      do i = 1, min(ids_named, size(left))
+         list = list//' '//to_text(left(i))
       end do
-      if (n > 0) list = list//' ...'
-      n = count(nodes%place == 0)
-      call diagnostics%note(nowhere, counted(n, 'node')//' on no element and left out:'//list//emptied(nodes))
+      if (size(left) > ids_named) list = list//' ...'
+      call diagnostics%note(nowhere, counted(size(left), 'node')//' on no element and left out:'//list//emptied(nodes))
    end subroutine note_left_out
 
    !> '; element sets A, B had no other members', or nothing.

@@ -100,14 +100,16 @@ contains
       integer, intent(inout) :: unknown
       character(len=:), allocatable :: name
       integer :: id, entry, i
+      logical :: failed_before
       call card%form('ids')
       if (.not. card%needs_line('ids or names of sets')) return
       do
          do i = 1, card%fields()
             if (card%next_is_integer()) then
-               call card%field_integer(catalogue%noun()//' id', id, at_least=1)
+               failed_before = card%line_failed ! by an unknown id: the others on the line still count
+               call card%field_integer('id', id, at_least=1)
                entry = catalogue%ids%find(id)
-               if (card%line_failed) exit
+               if (card%line_failed .and. .not. failed_before) exit
                if (entry > 0) call catalogue%sets%add_entry(set, entry)
                if (entry > 0) cycle
                unknown = unknown + 1
@@ -277,17 +279,20 @@ contains
       character(len=*), intent(in) :: what
       real(wp), intent(in) :: x(:, :)
       logical, intent(in) :: present_entries(:)
-      character(len=:), allocatable :: text, range
-      integer :: k
+      character(len=:), allocatable :: text
       if (card%line_failed .or. card%describing() .or. .not. any(present_entries)) return
       text = 'no '//catalogue%noun()//' lies in '//what
       if (catalogue%of_elements) text = 'no element has its centroid in '//what
-      range = ''
-      do k = 1, 2
-         range = range//merge('; they lie at x = ', ' and y =         ', k == 1)
-         range = trim(range)//' '//to_text(minval(x(k, :), mask=present_entries))//' to '// &
-                 to_text(maxval(x(k, :), mask=present_entries))
-      end do
-      call card%error(text//range)
+      call card%error(text//'; they lie at x = '//range_of(x(1, :), present_entries)//' and y = '// &
+                      range_of(x(2, :), present_entries))
    end subroutine nothing_there
+
+   !> 'a to b'
+   pure function range_of(values, counts) result(text)
+      real(wp), intent(in) :: values(:)
+      !> values that count
+      logical, intent(in) :: counts(:)
+      character(len=:), allocatable :: text
+      text = to_text(minval(values, mask=counts))//' to '//to_text(maxval(values, mask=counts))
+   end function range_of
 end module rf_set_input
