@@ -15,7 +15,7 @@
 module rf_apdl
    use rf_kinds, only: wp, i8
    use rf_text_file, only: text_file_t
-   use rf_real_text, only: real_text, integer_text
+   use rf_text, only: to_text
    implicit none
    private
 
@@ -97,18 +97,15 @@ contains
       this%element_id = element_id
       call put_preamble(this, maxval([1, material]))
       do i = 1, size(node_id)
-         call this%file%put('N,'//integer_text(node_id(i))//','//number(x(1, i))//','//number(x(2, i))//lf)
+         call this%file%put('N,'//to_text(node_id(i))//','//number(x(1, i))//','//number(x(2, i))//lf)
       end do
       present_material = 0; present_type = 0
       do i = 1, size(element_id)
          element_type = merge(type_plane_strain, type_plane_stress, plane_strain(i))
-         if (element_type /= present_type) call this%file%put_line('TYPE,'//integer_text(element_type))
-         if (material(i) /= present_material) call this%file%put_line('MAT,'//integer_text(material(i)))
+         if (element_type /= present_type) call this%file%put_line('TYPE,'//to_text(element_type))
+         if (material(i) /= present_material) call this%file%put_line('MAT,'//to_text(material(i)))
          present_type = element_type; present_material = material(i)
-         associate (a => integer_text(node_id(connectivity(1, i))), b => integer_text(node_id(connectivity(2, i))), &
-                    c => integer_text(node_id(connectivity(3, i))))
-            call this%file%put('EN,'//integer_text(element_id(i))//','//a//','//b//','//c//','//c//lf)
-         end associate
+         call this%file%put('EN,'//to_text(element_id(i))//ids_text(this, connectivity([1, 2, 3, 3], i))//lf)
       end do
    end subroutine begin_geometry
 
@@ -119,21 +116,21 @@ contains
       integer, intent(in) :: n_materials
       integer :: i
       associate (file => this%file)
-         call file%put('*IF,RF_FRAME,GE,'//integer_text(this%frames + 1)//',AND,RF_FRAME,LE,')
+         call file%put('*IF,RF_FRAME,GE,'//to_text(this%frames + 1)//',AND,RF_FRAME,LE,')
          this%last_place = file%position()
          call file%put_line(fixed(this%frames)//',THEN')
          call file%put_line('/PREP7')
          call file%put_line('ALLSEL')
          call file%put_line('EDELE,ALL')
          call file%put_line('NDELE,ALL')
-         call file%put_line('ET,'//integer_text(type_plane_strain)//',PLANE182,,,2')
-         call file%put_line('ET,'//integer_text(type_plane_stress)//',PLANE182,,,0')
+         call file%put_line('ET,'//to_text(type_plane_strain)//',PLANE182,,,2')
+         call file%put_line('ET,'//to_text(type_plane_stress)//',PLANE182,,,0')
          do i = 0, ubound(components, 1)
-            call file%put_line('ET,'//integer_text(type_line + i)//',MESH200,0')
+            call file%put_line('ET,'//to_text(type_line + i)//',MESH200,0')
          end do
          do i = 1, n_materials
-            call file%put_line('MP,EX,'//integer_text(i)//',1')
-            call file%put_line('MP,PRXY,'//integer_text(i)//',0')
+            call file%put_line('MP,EX,'//to_text(i)//',1')
+            call file%put_line('MP,PRXY,'//to_text(i)//',0')
          end do
       end associate
    end subroutine put_preamble
@@ -148,13 +145,13 @@ contains
       integer :: i, m
       do m = 0, ubound(components, 1)
          if (.not. any(mode == m)) cycle
-         call this%file%put_line('TYPE,'//integer_text(type_line + m))
+         call this%file%put_line('TYPE,'//to_text(type_line + m))
          do i = 1, size(mode)
             if (mode(i) /= m) cycle
             call put_line_element(this, sides(1:2, i))
             call put_line_element(this, sides(3:4, i))
          end do
-         call this%file%put_line('ESEL,S,TYPE,,'//integer_text(type_line + m))
+         call this%file%put_line('ESEL,S,TYPE,,'//to_text(type_line + m))
          call this%file%put_line('CM,'//trim(components(m))//',ELEM')
          call this%file%put_line('ESEL,ALL')
       end do
@@ -165,8 +162,21 @@ contains
       class(apdl_t), intent(inout) :: this
       !> positions of its nodes
       integer, intent(in) :: ends(2)
-      call this%file%put('E,'//integer_text(this%node_id(ends(1)))//','//integer_text(this%node_id(ends(2)))//lf)
+      call this%file%put('E'//ids_text(this, ends)//lf)
    end subroutine put_line_element
+
+   !> Ids of nodes, each after a comma.
+   pure function ids_text(this, positions) result(text)
+      class(apdl_t), intent(in) :: this
+      !> positions in node_id
+      integer, intent(in) :: positions(:)
+      character(len=:), allocatable :: text
+      integer :: i
+      text = ''
+      do i = 1, size(positions)
+         text = text//','//to_text(this%node_id(positions(i)))
+      end do
+   end function ids_text
 
    !> Finish the mesh: the solution that POST1 needs.
    subroutine end_geometry(this, error)
@@ -177,7 +187,7 @@ contains
          call file%put_line('/SOLU')
          call file%put_line('ANTYPE,STATIC')
          call file%put_line('D,ALL,ALL,0')
-         if (size(this%node_id) > 0) call file%put_line('DDELE,'//integer_text(this%node_id(1))//',UX')
+         if (size(this%node_id) > 0) call file%put_line('DDELE,'//to_text(this%node_id(1))//',UX')
          call file%put_line('SOLVE')
          call file%put_line('FINISH')
          call file%put_line('*ENDIF')
@@ -198,13 +208,13 @@ contains
       integer :: i
       this%frames = this%frames + 1
       associate (file => this%file)
-         call file%put_line('*IF,RF_FRAME,EQ,'//integer_text(this%frames)//',THEN')
-         call file%put_line('/TITLE,frame '//integer_text(this%frames)//', time '//real_text(time))
+         call file%put_line('*IF,RF_FRAME,EQ,'//to_text(this%frames)//',THEN')
+         call file%put_line('/TITLE,frame '//to_text(this%frames)//', time '//to_text(time))
          call file%put_line('/POST1')
          call file%put_line('SET,LAST')
          call file%put_line('/GRAPHICS,FULL') ! DNSOL and DESOL do not reach PowerGraphics
          do i = 1, size(this%node_id)
-            call file%put('DNSOL,'//integer_text(this%node_id(i))//',U,X,'//number(displacement(1, i))//','// &
+            call file%put('DNSOL,'//to_text(this%node_id(i))//',U,X,'//number(displacement(1, i))//','// &
                           number(displacement(2, i))//lf)
          end do
          do i = 1, size(this%element_id)
@@ -224,7 +234,7 @@ contains
       !> XX YY ZZ XY YZ XZ [stress]
       real(wp), intent(in) :: stress(6)
       integer :: k
-      call this%file%put('DESOL,'//integer_text(id)//',ALL,S,X')
+      call this%file%put('DESOL,'//to_text(id)//',ALL,S,X')
       do k = 1, 6
          call this%file%put(','//number(stress(k)))
       end do

@@ -5,7 +5,7 @@
 module rf_ascii
    use rf_kinds, only: wp
    use rf_text_file, only: text_file_t
-   use rf_real_text, only: real_text, integer_text
+   use rf_text, only: to_text
    implicit none
    private
 
@@ -67,13 +67,13 @@ contains
    subroutine put_integer(this, value)
       class(csv_t), intent(inout) :: this
       integer, intent(in) :: value
-      this%row = this%row//','//integer_text(value)
+      this%row = this%row//','//to_text(value)
    end subroutine put_integer
 
    subroutine put_real(this, value)
       class(csv_t), intent(inout) :: this
       real(wp), intent(in) :: value
-      this%row = this%row//','//real_text(value)
+      this%row = this%row//','//to_text(value)
    end subroutine put_real
 
    subroutine put_text(this, value)

@@ -3,7 +3,7 @@
 !> No other module of rfem uses the library. Nothing here stops: every procedure that can fail hands back `error`, the file and
 !> the reason the system gave; unallocated means that all is well. HDF5's own printing is switched off.
 module rf_hdf5
-   use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_loc, c_ptr, c_null_char, c_char
+   use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_loc, c_ptr, c_null_char
    use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5fcreate_f, h5fopen_f, h5fclose_f, h5fflush_f, &
       h5fget_obj_count_f, h5gcreate_f, h5gclose_f, h5pcreate_f, h5pclose_f, h5pset_libver_bounds_f, h5pset_fclose_degree_f, &
       h5eset_auto_f, h5screate_f, h5screate_simple_f, h5sclose_f, h5acreate_by_name_f, h5aexists_by_name_f, &
@@ -11,8 +11,10 @@ module rf_hdf5
       h5adelete_by_name_f, h5awrite_f, h5aclose_f, h5dcreate_f, h5dwrite_f, h5dclose_f, h5tcopy_f, h5tclose_f, h5tset_size_f, &
       h5tset_strpad_f, h5tset_cset_f, h5kind_to_type, h5_integer_kind, h5t_native_double, h5t_c_s1, h5t_ieee_f64le, &
       h5t_std_i64le, h5t_str_nullpad_f, h5t_cset_ascii_f, h5t_cset_utf8_f, h5s_scalar_f, h5p_file_access_f, h5f_acc_trunc_f, &
-      h5f_acc_rdwr_f, h5f_scope_global_f, h5f_libver_v110_f, h5f_close_strong_f, h5f_obj_all_f
+      h5f_acc_rdwr_f, h5f_scope_global_f, h5f_libver_v110_f, h5f_close_strong_f, h5f_obj_all_f, &
+      h5f_obj_datatype_f
    use rf_kinds, only: wp, i8
+   use rf_system, only: remove_file
    use rf_hdf5_reason, only: hdf5_reason
    implicit none
    private
@@ -53,10 +55,6 @@ module rf_hdf5
          import :: c_int, c_int64_t
          integer(c_int64_t), value :: file
       end function c_start_swmr
-      integer(c_int) function c_unlink(path) bind(c, name='unlink')
-         import :: c_int, c_char
-         character(kind=c_char), intent(in) :: path(*)
-      end function c_unlink
    end interface
 
 contains
@@ -76,11 +74,12 @@ contains
 
    !> How many HDF5 objects (files, groups, datasets, attributes) are open in the whole program.
    integer function open_objects()
-      integer(size_t) :: n
+      integer(size_t) :: n, n_types
       integer :: status
       call prepare_library()
       call h5fget_obj_count_f(int(h5f_obj_all_f, hid_t), h5f_obj_all_f, n, status)
-      open_objects = int(n)
+      call h5fget_obj_count_f(int(h5f_obj_all_f, hid_t), h5f_obj_datatype_f, n_types, status) ! the library's own
+      open_objects = int(n - n_types)
    end function open_objects
 
    !> Start the library once and silence it. Without its exit handler, which would try again to write what could not be written
@@ -172,9 +171,9 @@ contains
    subroutine discard(this)
       class(hdf5_file_t), intent(inout) :: this
       character(len=:), allocatable :: ignored
-      integer(c_int) :: status
+      logical :: gone
       call this%close(ignored)
-      if (this%made_here) status = c_unlink(this%path//c_null_char)
+      if (this%made_here) gone = remove_file(this%path)
       this%made_here = .false.
    end subroutine discard
 
