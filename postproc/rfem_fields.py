@@ -30,7 +30,7 @@ KNOWN_UNITS = {
     "stress": "Pa hPa kPa MPa GPa bar psi ksi psf".split(" "),
     "time": "s ms us µs min h d a".split(" "),
 }
-ENERGY_NAMES = {("N", "m"): "J", ("kN", "m"): "kJ", ("MN", "m"): "MJ", ("N", "mm"): "mJ"}
+ENERGY_NAMES = {("N", "m"): "J", ("kN", "m"): "kJ", ("MN", "m"): "MJ"}
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Units:
     time: str = ""
 
     def of(self, kind: str) -> str:
-        """Unit of 'length', 'force', 'stress', 'time', 'energy', 'moment', 'velocity' or '' (a pure number)."""
+        """Unit of one of UNIT_KINDS, of 'energy', 'moment', 'velocity'; empty for any other kind."""
         if kind in ("energy", "moment"):
             if not (self.force and self.length):
                 return ""
@@ -125,8 +125,8 @@ FIELDS = {
     "strength_factor": FieldInfo("strength factor", scale="plain"),
     # crack segments
     "opening": FieldInfo("crack opening", "length", scale="positive"),
-    "slip": FieldInfo("crack slip", "length"),
-    "shear_traction": FieldInfo("shear traction on the crack", "stress"),
+    "slip": FieldInfo("crack slip", "length", "second side against first"),
+    "shear_traction": FieldInfo("shear traction on the crack", "stress", "on the second side"),
     "normal_traction": FieldInfo("normal traction on the crack", "stress", TENSION),
     "state": FieldInfo("crack state", scale="category", names=((0, "open"), (1, "slip"), (2, "stick"))),
     "mode": FieldInfo(
@@ -171,7 +171,7 @@ def field_names(frame: Frame, cracks: Frame | None) -> list[str]:
 
 
 def field_values(frame: Frame, cracks: Frame | None, name: str) -> FieldValues:
-    """The scalar field with a name such as utilisation, stress_xx, element:stress_xx, displacement_y, opening.
+    """The scalar field of a name such as utilisation, stress_xx, element:stress_xx, displacement_y, opening.
 
     A name that both nodes and elements have means the nodes'. ResultsError lists the names there are.
     """

@@ -113,6 +113,9 @@ class FrameFile(Sequence):
             cell_data=FieldData(self, "CellData", number, len(cells)),
         )
 
+    def __iter__(self) -> Iterator[Frame]:
+        return (self[index] for index in range(self._count))
+
     def number(self, index: int) -> int:
         """Frame number from 0 for an index that may be negative; ResultsError if there is no such frame."""
         if self._count == 0:

@@ -271,13 +271,11 @@ def open_results(job: PathLike) -> Results:
 
 
 def heading_lines(deck: str) -> list[str]:
-    """The title lines of a deck: the data lines of its first *HEADING."""
+    """The title lines of a deck: the data lines of all its *HEADING (included files have some)."""
     lines: list[str] = []
     inside = False
     for line in deck.splitlines():
         if re.match(r"\s*\*(?!\*)", line):
-            if inside:
-                break
             inside = bool(re.match(r"\s*\*\s*heading\s*(,|$)", line, re.IGNORECASE))
         elif inside and not line.lstrip().startswith("**"):
             lines.append(line.strip())
