@@ -41,6 +41,7 @@ CATEGORY_COLORS = (
     "#0072B2",
     "#D55E00",
 )
+STATE_COLORS = ("#009E73", "#D55E00", "#0072B2")  # open, slip, stick
 BODY_COLOR, MESH_COLOR, OUTLINE_COLOR, UNDEFORMED_COLOR = "#ECE7DB", "#9A958A", "#3A3A3A", "#B4B4B4"
 ONE_SIGN = 0.02  # a field whose other sign stays below this part has the colours of a field of one sign
 SIGNED_MAP, POSITIVE_MAP = "RdBu_r", "viridis"
@@ -299,21 +300,24 @@ class Coloring:
 
 def _category_coloring(fields: list[FieldValues], present: np.ndarray) -> Coloring | None:
     """One colour for each value; None where there are more values than colours to tell apart."""
-    info = fields[0].info
-    words = dict(info.names)
-    numbers = [number for number, _ in info.names] or [int(value) for value in present]
+    words = dict(fields[0].info.names)
+    numbers = list(words) + [int(value) for value in present if int(value) not in words]
     if not 0 < len(numbers) <= len(CATEGORY_COLORS):
         return None
     colors = list(CATEGORY_COLORS[: len(numbers)])
     if fields[0].name.endswith("mode"):
-        colors = [MODE_COLORS[number] for number in numbers]
+        colors = [MODE_COLORS.get(number, CATEGORY_COLORS[6]) for number in numbers]
     elif fields[0].location == "crack":
-        colors = ["#009E73", "#D55E00", "#0072B2"][: len(numbers)]
-    rank = {number: place for place, number in enumerate(numbers)}
+        colors = [*STATE_COLORS, *CATEGORY_COLORS[4:]][: len(numbers)]
+    order = np.argsort(numbers)
     for item in fields:  # draw the place in the legend, not the number itself
-        item.values = np.array([rank.get(int(value), 0) for value in item.values], dtype=np.float64)
+        values = np.asarray(item.values, dtype=np.float64)
+        places = order[
+            np.searchsorted(np.array(numbers)[order], np.nan_to_num(values)).clip(0, len(order) - 1)
+        ]
+        item.values = np.where(np.isfinite(values), places, np.nan)
     norm = BoundaryNorm(np.arange(len(numbers) + 1) - 0.5, len(numbers))
-    ticks = [(float(rank[number]), words.get(number, str(number))) for number in numbers]
+    ticks = [(float(place), words.get(number, str(number))) for place, number in enumerate(numbers)]
     return Coloring(ListedColormap(colors), norm, "neither", fields, ticks)
 
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from rfem_io import ResultsError
 
-RASTER_DPI = 300
+DPI = 300
 STYLE = {
     "font.size": 9,
     "axes.titlesize": 9,
@@ -34,7 +34,7 @@ def save(figure: Figure, path: Path) -> Path:
     metadata = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(path.suffix, {})
     with mpl.rc_context(STYLE):
         try:
-            figure.savefig(path, dpi=RASTER_DPI, bbox_inches="tight", pad_inches=0.05, metadata=metadata)
+            figure.savefig(path, dpi=DPI, bbox_inches="tight", pad_inches=0.05, metadata=metadata)
         except OSError as error:
             raise ResultsError(f"{path} cannot be written: {error.strerror or error}") from error
     return path
