@@ -1,5 +1,7 @@
 """The command: its options, the files it writes, its messages."""
 
+import errno
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -226,6 +228,24 @@ def test_an_output_directory_that_cannot_be_made(capsys, beam_directory, tmp_pat
     assert "cannot be created" in message
     message = fails(capsys, beam_directory / "beam", "--animate", tmp_path / "nowhere" / "a.gif")
     assert "cannot be written: No such file or directory" in message
+
+
+@pytest.mark.parametrize(
+    ("options", "place"),
+    [
+        (["--frame", "0"], "matplotlib.figure.Figure.savefig"),
+        (["--animate", "a.gif"], "PIL.Image.Image.save"),
+    ],
+)
+def test_a_full_disk_leaves_no_half_file(capsys, monkeypatch, beam_directory, tmp_path, options, place):
+    def half(self, path, *args, **others):
+        Path(path).write_bytes(b"half")
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(place, half)
+    message = fails(capsys, beam_directory / "beam", "--output", tmp_path, *options)
+    assert "cannot be written: No space left on device" in message
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_as_a_program(beam_directory, tmp_path):

@@ -184,7 +184,12 @@ def test_signed_fields_have_zero_in_the_middle_of_a_diverging_map():
     assert coloring.cmap.name == rfem_figures.SIGNED_MAP
 
 
-def test_a_signed_field_of_one_sign_uses_the_whole_map():
+def test_a_signed_field_of_one_sign_down_to_zero_keeps_zero_in_the_middle():
+    coloring = Coloring.of([values_of([-6.0, -0.001], "signed")])
+    assert (coloring.norm.vmin, coloring.norm.vmax) == (-6, 6)
+
+
+def test_a_signed_field_far_from_zero_uses_the_whole_map():
     coloring = Coloring.of([values_of([-30.0, -28.0], "signed")])
     assert (coloring.norm.vmin, coloring.norm.vmax) == (-30, -28)
     assert coloring.cmap.name == rfem_figures.POSITIVE_MAP
