@@ -1,0 +1,328 @@
+!> The operating system: files and folders, terminal, signals, environment. The one file that calls C's library for them.
+module rf_system
+   use, intrinsic :: iso_c_binding, only: c_char, c_funloc, c_funptr, c_int, c_null_char, c_ptr, c_size_t, &
+      c_associated
+   use rf_kinds, only: i8
+   implicit none
+   private
+   public :: is_terminal, path_exists, is_folder, is_readable, read_whole, make_folders, rename_file, remove_file, sync_file, &
+      real_path, host_name, environment, process_id, exit_program, catch_signals, caught_signal, read_ok, read_missing, &
+      read_folder, read_refused, read_failed, read_too_large, largest_file
+
+   !> what read_whole found
+   integer, parameter :: read_ok = 0, read_missing = 1, read_folder = 2, read_refused = 3, read_failed = 4, read_too_large = 5
+   !> largest file that read_whole takes [bytes]: offsets into it are default integers
+   integer, parameter :: largest_file = 1073741823
+
+   integer(c_int), parameter :: may_exist = 0, may_read = 4
+   integer(c_int), parameter :: signal_interrupt = 2, signal_terminate = 15
+   integer, parameter :: longest_path = 4096
+   integer, parameter :: first_chunk = 65536
+   !> permissions of a new folder, cut down by the user's mask: rwxrwxrwx
+   integer(c_int), parameter :: folder_mode = 511_c_int
+   integer(c_int), volatile, save :: last_signal = 0
+
+   interface
+      function c_isatty(descriptor) bind(c, name='isatty') result(status)
+         import :: c_int
+         integer(c_int), value :: descriptor
+         integer(c_int) :: status
+      end function c_isatty
+      function c_access(path, mode) bind(c, name='access') result(status)
+         import :: c_int, c_char
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int), value :: mode
+         integer(c_int) :: status
+      end function c_access
+      function c_opendir(path) bind(c, name='opendir') result(folder)
+         import :: c_ptr, c_char
+         character(kind=c_char), intent(in) :: path(*)
+         type(c_ptr) :: folder
+      end function c_opendir
+      function c_closedir(folder) bind(c, name='closedir') result(status)
+         import :: c_int, c_ptr
+         type(c_ptr), value :: folder
+         integer(c_int) :: status
+      end function c_closedir
+      function c_mkdir(path, mode) bind(c, name='mkdir') result(status)
+         import :: c_int, c_char
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int), value :: mode
+         integer(c_int) :: status
+      end function c_mkdir
+      function c_rename(old, new) bind(c, name='rename') result(status)
+         import :: c_int, c_char
+         character(kind=c_char), intent(in) :: old(*), new(*)
+         integer(c_int) :: status
+      end function c_rename
+      function c_remove(path) bind(c, name='remove') result(status)
+         import :: c_int, c_char
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int) :: status
+      end function c_remove
+      function c_realpath(path, resolved) bind(c, name='realpath') result(place)
+         import :: c_ptr, c_char
+         character(kind=c_char), intent(in) :: path(*)
+         character(kind=c_char), intent(inout) :: resolved(*)
+         type(c_ptr) :: place
+      end function c_realpath
+      function c_fopen(path, mode) bind(c, name='fopen') result(file)
+         import :: c_ptr, c_char
+         character(kind=c_char), intent(in) :: path(*), mode(*)
+         type(c_ptr) :: file
+      end function c_fopen
+      function c_fdopen(descriptor, mode) bind(c, name='fdopen') result(file)
+         import :: c_ptr, c_char, c_int
+         integer(c_int), value :: descriptor
+         character(kind=c_char), intent(in) :: mode(*)
+         type(c_ptr) :: file
+      end function c_fdopen
+      function c_fread(buffer, size, number, file) bind(c, name='fread') result(got)
+         import :: c_ptr, c_char, c_size_t
+         character(kind=c_char), intent(inout) :: buffer(*)
+         integer(c_size_t), value :: size, number
+         type(c_ptr), value :: file
+         integer(c_size_t) :: got
+      end function c_fread
+      function c_ferror(file) bind(c, name='ferror') result(status)
+         import :: c_ptr, c_int
+         type(c_ptr), value :: file
+         integer(c_int) :: status
+      end function c_ferror
+      function c_fileno(file) bind(c, name='fileno') result(descriptor)
+         import :: c_ptr, c_int
+         type(c_ptr), value :: file
+         integer(c_int) :: descriptor
+      end function c_fileno
+      function c_fsync(descriptor) bind(c, name='fsync') result(status)
+         import :: c_int
+         integer(c_int), value :: descriptor
+         integer(c_int) :: status
+      end function c_fsync
+      function c_fclose(file) bind(c, name='fclose') result(status)
+         import :: c_ptr, c_int
+         type(c_ptr), value :: file
+         integer(c_int) :: status
+      end function c_fclose
+      function c_gethostname(name, length) bind(c, name='gethostname') result(status)
+         import :: c_int, c_char, c_size_t
+         character(kind=c_char), intent(inout) :: name(*)
+         integer(c_size_t), value :: length
+         integer(c_int) :: status
+      end function c_gethostname
+      function c_getpid() bind(c, name='getpid') result(id)
+         import :: c_int
+         integer(c_int) :: id
+      end function c_getpid
+      subroutine c_exit(status) bind(c, name='exit')
+         import :: c_int
+         integer(c_int), value :: status
+      end subroutine c_exit
+      function c_signal(number, handler) bind(c, name='signal') result(old)
+         import :: c_int, c_funptr
+         integer(c_int), value :: number
+         type(c_funptr), value :: handler
+         type(c_funptr) :: old
+      end function c_signal
+   end interface
+
+contains
+
+   !> Whether standard input (0), output (1) or error (2) is a terminal.
+   logical function is_terminal(descriptor)
+      !> 0, 1 or 2
+      integer, intent(in) :: descriptor
+      is_terminal = c_isatty(int(descriptor, c_int)) == 1
+   end function is_terminal
+
+   !> Whether a file or folder of that name exists.
+   logical function path_exists(path)
+      !> path of a file or folder
+      character(len=*), intent(in) :: path
+      path_exists = c_access(path//c_null_char, may_exist) == 0
+   end function path_exists
+
+   !> Whether the user may read a file.
+   logical function is_readable(path)
+      !> path of a file
+      character(len=*), intent(in) :: path
+      is_readable = c_access(path//c_null_char, may_read) == 0
+   end function is_readable
+
+   !> Whether the path is a folder (that may be read).
+   logical function is_folder(path)
+      !> path of a folder
+      character(len=*), intent(in) :: path
+      type(c_ptr) :: folder
+      integer(c_int) :: status
+      folder = c_opendir(path//c_null_char)
+      is_folder = c_associated(folder)
+      if (is_folder) status = c_closedir(folder)
+   end function is_folder
+
+   !> Read all bytes of a file, a pipe or the standard input.
+   subroutine read_whole(path, text, status)
+      !> path of the file; empty: the standard input
+      character(len=*), intent(in) :: path
+      !> its bytes
+      character(len=:), allocatable, intent(out) :: text
+      !> read_ok, read_missing, read_folder, read_refused, read_failed or read_too_large
+      integer, intent(out) :: status
+      type(c_ptr) :: file
+      integer(i8) :: size_told
+      integer(c_int) :: closed
+      text = ''
+      size_told = 0
+      if (len(path) == 0) then
+         file = c_fdopen(0_c_int, 'r'//c_null_char)
+         status = read_failed
+      else
+         status = read_missing
+         if (.not. path_exists(path)) return
+         status = read_folder
+         if (is_folder(path)) return
+         status = read_refused
+         file = c_fopen(path//c_null_char, 'r'//c_null_char)
+         inquire (file=path, size=size_told)
+      end if
+      if (.not. c_associated(file)) return
+      call read_stream(file, max(size_told, 0_i8), text, status)
+      if (len(path) > 0) closed = c_fclose(file)
+   end subroutine read_whole
+
+   !> Read an open stream to its end; the buffer doubles when the size was not told.
+   subroutine read_stream(file, size_told, text, status)
+      type(c_ptr), intent(in) :: file
+      integer(i8), intent(in) :: size_told
+      character(len=:), allocatable, intent(out) :: text
+      integer, intent(out) :: status
+      character(len=:), allocatable :: buffer, larger
+      integer(i8) :: used, got
+      status = read_too_large
+      text = ''
+      if (size_told > int(largest_file, i8)) return
+      allocate (character(len=max(size_told + 1_i8, int(first_chunk, i8))) :: buffer)
+      used = 0
+      do
+         got = int(c_fread(buffer(used + 1:), 1_c_size_t, int(len(buffer, i8) - used, c_size_t), file), i8)
+         if (got <= 0) exit
+         used = used + got
+         if (used > int(largest_file, i8)) return
+         if (used == len(buffer, i8)) then
+            allocate (character(len=2*used) :: larger)
+            larger(:used) = buffer
+            call move_alloc(larger, buffer)
+         end if
+      end do
+      status = merge(read_ok, read_failed, c_ferror(file) == 0)
+      text = buffer(:used)
+   end subroutine read_stream
+
+   !> Create a folder and those above it; true when it exists afterwards.
+   logical function make_folders(path) result(done)
+      !> path of the folder
+      character(len=*), intent(in) :: path
+      integer :: cut
+      integer(c_int) :: status
+      do cut = 2, len(path)
+         if (path(cut:cut) == '/') status = c_mkdir(path(:cut - 1)//c_null_char, folder_mode)
+      end do
+      status = c_mkdir(path//c_null_char, folder_mode)
+      done = is_folder(path)
+   end function make_folders
+
+   !> Rename a file; an older one of the new name is replaced at once. True when done.
+   logical function rename_file(old, new) result(done)
+      !> present and future path
+      character(len=*), intent(in) :: old, new
+      done = c_rename(old//c_null_char, new//c_null_char) == 0
+   end function rename_file
+
+   !> Delete a file or an empty folder; true when it is gone.
+   logical function remove_file(path) result(gone)
+      !> path of the file
+      character(len=*), intent(in) :: path
+      integer(c_int) :: status
+      status = c_remove(path//c_null_char)
+      gone = .not. path_exists(path)
+   end function remove_file
+
+   !> Wait until what was written to a closed or flushed file lies on the disk; true when it does.
+   logical function sync_file(path) result(done)
+      !> path of the file
+      character(len=*), intent(in) :: path
+      type(c_ptr) :: file
+      integer(c_int) :: status
+      done = .false.
+      file = c_fopen(path//c_null_char, 'r+'//c_null_char)
+      if (.not. c_associated(file)) return
+      done = c_fsync(c_fileno(file)) == 0
+      status = c_fclose(file)
+   end function sync_file
+
+   !> Absolute path without links and dots; the path itself if it does not exist.
+   function real_path(path) result(resolved)
+      !> path of a file or folder
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: resolved
+      character(kind=c_char, len=longest_path + 1) :: buffer
+      type(c_ptr) :: place
+      resolved = path
+      buffer = c_null_char
+      place = c_realpath(path//c_null_char, buffer)
+      if (c_associated(place)) resolved = buffer(:index(buffer, c_null_char) - 1)
+   end function real_path
+
+   !> Name of the computer.
+   function host_name() result(name)
+      character(len=:), allocatable :: name
+      character(kind=c_char, len=256) :: buffer
+      integer(c_int) :: status
+      buffer = c_null_char
+      status = c_gethostname(buffer, int(len(buffer) - 1, c_size_t))
+      name = 'unknown'
+      if (status == 0) name = buffer(:index(buffer, c_null_char) - 1)
+   end function host_name
+
+   !> Value of an environment variable; empty if it is not set.
+   function environment(name) result(value)
+      !> name of the variable
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: value
+      integer :: length, status
+      call get_environment_variable(name, length=length, status=status)
+      if (status /= 0) length = 0
+      allocate (character(len=length) :: value)
+      if (length > 0) call get_environment_variable(name, value)
+   end function environment
+
+   !> Number of this process.
+   integer function process_id()
+      process_id = int(c_getpid())
+   end function process_id
+
+   !> Leave the program with an exit status, quietly; open Fortran units are flushed by their owners or closed here.
+   subroutine exit_program(status)
+      !> 0 done, other values as docs/deck.md
+      integer, intent(in) :: status
+      call c_exit(int(status, c_int))
+   end subroutine exit_program
+
+   !> From now on an interrupt (Ctrl-C) or a request to terminate is remembered instead of ending the program.
+   subroutine catch_signals()
+      type(c_funptr) :: old
+      old = c_signal(signal_interrupt, c_funloc(remember))
+      old = c_signal(signal_terminate, c_funloc(remember))
+   end subroutine catch_signals
+
+   !> Number of the last signal caught; 0 if none.
+   integer function caught_signal()
+      caught_signal = int(last_signal)
+   end function caught_signal
+
+   subroutine remember(number) bind(c)
+      integer(c_int), value :: number
+      last_signal = number
+   end subroutine remember
+
+end module rf_system
