@@ -180,11 +180,13 @@ contains
       integer, intent(in) :: unit
       !> a described deck
       type(store_t), intent(in), optional :: manual
+      character(len=:), allocatable :: from
       integer :: block, i
       do i = 1, store%n_parameters
          associate (this => store%parameters(i))
-            write (unit, '(a)') '*PARAMETER '//this%name//' = '//this%value//'   '// &
-               trim(merge('--set, not ', '           ', this%overridden))//this%place%label()
+            from = this%place%label()
+            if (this%overridden) from = '--set, not '//from
+            write (unit, '(a)') '*PARAMETER '//this%name//' = '//this%value//'   '//from
          end associate
       end do
       call write_settings(store, unit)
