@@ -3,7 +3,7 @@ module rf_deck_report
    use rf_deck_store, only: store_t, setting_t, add_item, block_place, item_t, kind_index, line_place, no_line, in_model, &
       in_step, in_both, before_steps, inside_step
    use rf_diagnostics, only: place_t
-   use rf_text, only: text_t, did_you_mean, joined, same_text, to_text
+   use rf_text, only: text_t, add_text, did_you_mean, joined, same_text, to_text
    implicit none
    private
    public :: check_all, describe_own, write_explanation, write_reference, text_of_deck, list_settings
@@ -33,15 +33,15 @@ contains
          call kind_index(store, trim(own_keywords(i)), kind)
          store%kinds(kind)%where = ior(in_both, 4)
       end do
-      allocate (known(store%n_kinds + 1))
-      known(1)%s = 'INCLUDE'
-      n = 1
+      n = 0
+      call add_text(known, n, 'INCLUDE')
       do i = 1, store%n_kinds
          if (store%kinds(i)%where == 0 .and. .not. store%kinds(i)%skipped .and. .not. allocated(store%kinds(i)%later)) cycle
-         n = n + 1
-         known(n)%s = store%kinds(i)%name
+         call add_text(known, n, store%kinds(i)%name)
       end do
-      known = known(:n)
+      do i = n + 1, size(known)
+         known(i)%s = '' ! near to no word
+      end do
    end subroutine known_keywords
 
    !> One block: is its keyword known, may it stand here, has everything in it been read?
@@ -262,9 +262,9 @@ contains
    pure subroutine settings_order(store, order)
       type(store_t), intent(in) :: store
       integer, allocatable, intent(out) :: order(:)
-      integer, allocatable :: start(:)
+      integer, allocatable :: start(:), all_settings(:)
       integer :: i, j, n, block
-      allocate (start(store%n_blocks + 1), order(store%n_settings))
+      allocate (start(store%n_blocks + 1), all_settings(store%n_settings))
       start = 0
       do i = 1, store%n_settings
          start(store%settings(i)%block + 1) = start(store%settings(i)%block + 1) + 1
@@ -275,19 +275,20 @@ contains
       do i = 1, store%n_settings
          block = store%settings(i)%block
          start(block) = start(block) + 1
-         order(start(block)) = i
+         all_settings(start(block)) = i
       end do
       n = 0
       j = 0
-      do i = 1, size(order) ! those of the present block are order(j + 1:n); parameters only are read twice
+      do i = 1, store%n_settings ! those of the present block are all_settings(j + 1:n); parameters only are read twice
          if (n > 0) then
-            if (store%settings(order(n))%block /= store%settings(order(i))%block) j = n
+            if (store%settings(all_settings(n))%block /= store%settings(all_settings(i))%block) j = n
          end if
-         if (is_repeated(store, order(j + 1:n), order(i))) cycle
+         if (is_repeated(store, all_settings(j + 1:n), all_settings(i))) cycle
          n = n + 1
-         order(n) = order(i)
+         all_settings(n) = all_settings(i)
       end do
-      order = order(:n)
+      allocate (order(n))
+      order(:) = all_settings(:n)
    end subroutine settings_order
 
    !> Whether a parameter's setting is among those listed.
