@@ -37,7 +37,7 @@ module rf_relaxation
    !> movement, in mean edge lengths, from which a piece that does not come to rest is a mechanism
    real(wp), parameter :: mechanism_movement = 0.2_wp
    !> residual, in units of the tolerance, down to which VISCOUS damping looks for the lowest frequency
-   real(wp), parameter :: viscous_look = 1.0e4_wp
+   real(wp), parameter :: viscous_look = 10.0_wp
    !> weight of the newest Rayleigh quotient in that search
    real(wp), parameter :: viscous_smoothing = 0.02_wp
 
