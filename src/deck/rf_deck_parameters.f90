@@ -11,6 +11,8 @@ module rf_deck_parameters
 
    !> longest line with the values in place [characters]
    integer, parameter :: longest_line = 2000
+   !> longest name and value of a --set, which must fit a line [characters]
+   integer, parameter :: longest_setting = 1900
 
 contains
 
@@ -31,6 +33,9 @@ contains
          if (cut == 0) then
             call store%diagnostics%error(place_t(), '--set '//trim(overrides(i))//': must be NAME=VALUE')
             store%overrides(i)%used = .true.
+         else if (len(name) + len(value) > longest_setting) then
+            call store%diagnostics%error(place_t(), '--set '//name(:min(len(name), 60))//': more than '// &
+               to_text(longest_setting)//' characters')
          else
             call check_parameter(store, place_t(), '--set '//name, value)
          end if

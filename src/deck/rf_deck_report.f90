@@ -11,6 +11,9 @@ module rf_deck_report
    !> keywords that the deck mechanism itself reads
    character(len=*), parameter :: own_keywords(3) = [character(len=9) :: 'HEADING', 'PARAMETER', 'END STEP']
 
+   !> what a comment of the full text quotes at most [characters]
+   integer, parameter :: longest_comment = 1000
+
 contains
 
    !> Keywords, parameters and data lines that nobody has read.
@@ -417,16 +420,23 @@ contains
             text = text//store%pool(place:edit%first - 1)
             place = edit%last + 1
             if (edit%included > 0) then
-               text = text//'** *INCLUDE of '//store%files(edit%included)%name//' begins'//new_line('a')
+               text = text//'** *INCLUDE of '//shortened(store%files(edit%included)%name)//' begins'//new_line('a')
                call append_file(store, edit%included, text)
                if (text(len(text):) /= new_line('a')) text = text//new_line('a')
-               text = text//'** *INCLUDE of '//store%files(edit%included)%name//' ends'
+               text = text//'** *INCLUDE of '//shortened(store%files(edit%included)%name)//' ends'
             else
-               text = text//edit%replacement//new_line('a')//'** --set replaced: '//store%pool(edit%first:edit%last)
+               text = text//edit%replacement//new_line('a')//'** --set replaced: '//shortened(store%pool(edit%first:edit%last))
             end if
          end associate
       end do
       text = text//store%pool(place:store%files(file)%last)
    end subroutine append_file
+
+   !> At most so much that a comment with it is no line too long.
+   pure function shortened(text) result(short)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: short
+      short = text(:min(len(text), longest_comment))
+   end function shortened
 
 end module rf_deck_report
