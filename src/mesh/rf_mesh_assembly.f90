@@ -75,12 +75,14 @@ contains
       type(raw_mesh_t), intent(inout) :: raw
       !> which were turned, (elements)
       logical, allocatable, intent(out) :: turned(:)
+      real(wp) :: corner(2, 3)
       integer :: e
       allocate (turned(raw%n_elements))
       turned = .false.
       do e = 1, raw%n_elements
          if (.not. is_triangle(raw, e)) cycle
-         turned(e) = double_area(raw%x(:, raw%connectivity(:, e))) < 0
+         corner = raw%x(:, raw%connectivity(:, e))
+         turned(e) = double_area(corner) < 0
          if (turned(e)) raw%connectivity(2:3, e) = raw%connectivity([3, 2], e)
       end do
    end subroutine turn_clockwise
@@ -92,11 +94,14 @@ contains
       !> the elements
       integer, allocatable :: flat(:)
       logical, allocatable :: is_flat(:)
+      real(wp) :: corner(2, 3)
       integer :: e
       allocate (is_flat(raw%n_elements))
       is_flat = .false.
       do e = 1, raw%n_elements
-         if (is_triangle(raw, e)) is_flat(e) = has_no_area(raw%x(:, raw%connectivity(:, e)))
+         if (.not. is_triangle(raw, e)) cycle
+         corner = raw%x(:, raw%connectivity(:, e))
+         is_flat(e) = has_no_area(corner)
       end do
       flat = pack(identity_order(raw%n_elements), is_flat)
    end function flat_elements
