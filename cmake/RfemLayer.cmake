@@ -1,8 +1,9 @@
-# rfem_layer(name DEPENDS lower...): one layer of the house = one static library with a module folder of its own.
-# Every rf_*.f90 of the calling folder belongs to it; DEPENDS lists the layers it may use.
+# rfem_layer(name DEPENDS lower... [SOURCES generated...]): one layer of the house = one static library with a module
+# folder of its own. Every rf_*.f90 of the calling folder belongs to it; DEPENDS lists the layers it may use.
 function(rfem_layer name)
-  cmake_parse_arguments(ARG "" "" "DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "DEPENDS;SOURCES" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/rf_*.f90)
+  list(APPEND sources ${ARG_SOURCES})
   set(reach PUBLIC)
   if(NOT sources)
     set(reach INTERFACE) # a layer that is still empty only passes on what lies below it

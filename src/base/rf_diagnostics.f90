@@ -5,7 +5,7 @@ module rf_diagnostics
    use rf_text, only: to_text, same_text
    implicit none
    private
-   public :: place_t, diagnostics_t, message_t, is_error, is_warning, is_note, max_errors
+   public :: place_t, new_place, diagnostics_t, message_t, is_error, is_warning, is_note, max_errors
 
    integer, parameter :: is_error = 1, is_warning = 2, is_note = 3
    !> errors kept; what comes after them is only counted (warnings and notes: the same number each)
@@ -13,7 +13,8 @@ module rf_diagnostics
    !> longest piece of a line that a message shows [characters]
    integer, parameter :: shown_length = 120
 
-   !> where in the user's text something stands
+   !> where in the user's text something stands. Build one with new_place: gfortran 12 writes beyond the end of texts
+   !> of deferred length that a structure constructor sets.
    type :: place_t
       !> name of the file as the user knows it (not allocated: the matter has no place)
       character(len=:), allocatable :: file
@@ -56,6 +57,20 @@ module rf_diagnostics
    end type diagnostics_t
 
 contains
+
+   !> A place from its parts.
+   pure function new_place(file, line, text) result(place)
+      !> name of the file, as messages show it
+      character(len=*), intent(in) :: file
+      !> line in the file (0: the file as a whole)
+      integer, intent(in) :: line
+      !> the line's text
+      character(len=*), intent(in), optional :: text
+      type(place_t) :: place
+      place%file = file
+      place%line = line
+      if (present(text)) place%text = text
+   end function new_place
 
    !> 'case.inp:17', 'case.inp' or nothing.
    pure function place_label(self) result(label)

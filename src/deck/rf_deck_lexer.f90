@@ -8,7 +8,7 @@ module rf_deck_lexer
    use rf_deck_parameters, only: take_overrides, check_overrides, define_parameter, substitute
    use rf_deck_store, only: store_t, block_t, edit_t, add_block, add_edit, add_line, add_option, kind_index, pool_append, &
       index_blocks, before_steps, inside_step, after_steps
-   use rf_diagnostics, only: place_t
+   use rf_diagnostics, only: place_t, new_place
    use rf_grow, only: grow
    use rf_text, only: add_text, file_folder, first_filled, last_filled, same_text, squeezed, to_text, upper
    implicit none
@@ -109,6 +109,7 @@ contains
       do while (place <= last .and. .not. stopped)
          call take_line(store%pool, last, place, start, finish, special)
          lexer%line = lexer%line + 1
+         if (start > finish) cycle
          if (special /= 0 .or. finish - start >= longest_line) call check_line(store, lexer, start, finish, special, stopped)
          if (stopped) exit
          if (start > finish) cycle
@@ -142,7 +143,7 @@ contains
       integer :: i
       stopped = iand(special, has_zero) /= 0
       if (stopped) then
-         place = place_t(store%files(lexer%file)%name, lexer%line, '')
+         place = new_place(store%files(lexer%file)%name, lexer%line)
          call store%diagnostics%error(place, 'a zero byte: this is no text file (binary, or UTF-16 instead of UTF-8)')
          return
       end if
@@ -447,9 +448,7 @@ contains
       type(store_t), intent(in) :: store
       type(lexer_t), intent(in) :: lexer
       type(place_t) :: place
-      place%file = store%files(lexer%file)%name
-      place%line = lexer%keyword_line
-      place%text = store%pool(lexer%keyword_start:lexer%keyword_finish)
+      place = new_place(store%files(lexer%file)%name, lexer%keyword_line, store%pool(lexer%keyword_start:lexer%keyword_finish))
    end function keyword_place
 
    !> The present line as a place for a message.
@@ -458,9 +457,7 @@ contains
       type(lexer_t), intent(in) :: lexer
       integer, intent(in) :: start, finish
       type(place_t) :: place
-      place%file = store%files(lexer%file)%name
-      place%line = lexer%line
-      place%text = store%pool(start:finish)
+      place = new_place(store%files(lexer%file)%name, lexer%line, store%pool(start:finish))
    end function line_here
 
 end module rf_deck_lexer

@@ -1,0 +1,211 @@
+!> The relaxation step over node rows: internal forces, damped update and all sums that damping and convergence need,
+!> in one pass over blocks of nodes. Rows are stored per block as jagged diagonals: the d-th neighbours of all nodes
+!> of the block one after another, nodes sorted by falling valence, so that the inner loop is long and has no branch.
+!> Every sum has a fixed order: inside a block, then over the blocks; the number of threads does not show.
+module rf_step_k
+   use rf_kinds, only: wp
+   implicit none
+   private
+   public :: relaxation_step, internal_forces
+   public :: block_size, n_sums, sum_curvature, sum_kinetic, sum_residual, sum_reaction
+
+   !> nodes in a block: their forces stay in the first-level cache
+   integer, parameter :: block_size = 512
+   !> partial sums of a block: v.(f - f_old), v.m v, |r|^2 over free and |r|^2 over supported directions
+   integer, parameter :: sum_curvature = 1, sum_kinetic = 2, sum_residual = 3, sum_reaction = 4, n_sums = 4
+   !> blocks below which a second thread costs more than it brings
+   integer, parameter :: blocks_for_threads = 4
+
+contains
+
+   !> Forces of one block's nodes, f_i = sum_j K_ij (u_j - u_i) (theory: eq. 4).
+   subroutine block_forces(n, depth, jag, order, column, kxx, kxy, kyx, kyy, ux, uy, fx, fy)
+      !> nodes of the block, largest number of neighbours
+      integer, intent(in) :: n, depth
+      !> first entry of each diagonal, (depth + 1)
+      integer, intent(in) :: jag(*)
+      !> node of each slot of the jagged storage, (n)
+      integer, intent(in) :: order(n)
+      !> neighbour of each entry
+      integer, intent(in) :: column(*)
+      !> stiffness of each entry [force/length]
+      real(wp), intent(in) :: kxx(*), kxy(*), kyx(*), kyy(*)
+      !> displacements of all nodes [length]
+      real(wp), intent(in) :: ux(*), uy(*)
+      !> forces of the slots [force], (n)
+      real(wp), intent(out) :: fx(block_size), fy(block_size)
+      real(wp) :: ox(block_size), oy(block_size), dx, dy
+      integer :: d, k, p, offset
+      do k = 1, n
+         ox(k) = ux(order(k))
+         oy(k) = uy(order(k))
+      end do
+      fx(:n) = 0
+      fy(:n) = 0
+      do d = 1, depth
+         offset = jag(d) - 1
+         !$omp simd private(p, dx, dy)
+         do k = 1, jag(d + 1) - jag(d)
+            p = offset + k
+            dx = ux(column(p)) - ox(k)
+            dy = uy(column(p)) - oy(k)
+            fx(k) = fx(k) + (kxx(p)*dx + kxy(p)*dy)
+            fy(k) = fy(k) + (kyx(p)*dx + kyy(p)*dy)
+         end do
+      end do
+   end subroutine block_forces
+
+   !> Internal forces of all nodes.
+   subroutine internal_forces(n_blocks, first, count, depth, jag, order, column, kxx, kxy, kyx, kyy, ux, uy, fx, fy)
+      integer, intent(in) :: n_blocks
+      !> first node, number of nodes and depth of each block
+      integer, intent(in) :: first(:), count(:), depth(:)
+      !> first entry of each diagonal of each block, (depth + 1, block)
+      integer, intent(in) :: jag(:, :)
+      !> node of each slot; neighbour of each entry
+      integer, intent(in) :: order(:), column(:)
+      real(wp), intent(in) :: kxx(:), kxy(:), kyx(:), kyy(:)
+      real(wp), intent(in) :: ux(:), uy(:)
+      !> forces [force], (nodes)
+      real(wp), intent(inout) :: fx(:), fy(:)
+      real(wp) :: gx(block_size), gy(block_size)
+      integer :: b, k, i, base
+      !$omp parallel do default(none) schedule(static) if (n_blocks >= blocks_for_threads) &
+      !$omp    shared(n_blocks, first, count, depth, jag, order, column, kxx, kxy, kyx, kyy, ux, uy, fx, fy) &
+      !$omp    private(b, k, i, base, gx, gy)
+      do b = 1, n_blocks
+         base = first(b)
+         call block_forces(count(b), depth(b), jag(:, b), order(base:base + count(b) - 1), column, kxx, kxy, kyx, kyy, &
+                           ux, uy, gx, gy)
+         do k = 1, count(b)
+            i = order(base + k - 1)
+            fx(i) = gx(k)
+            fy(i) = gy(k)
+         end do
+      end do
+      !$omp end parallel do
+   end subroutine internal_forces
+
+   !> One relaxation step of all nodes: v <- a v + b r/m, new u = u + v, r = p - f (theory: eq. 8).
+   !> Blocks flagged as special hold supports, contact nodes or loose pieces, or damp locally; the others run the plain update.
+   subroutine relaxation_step(n_nodes, n_blocks, first, count, depth, special, jag, order, column, kxx, kxy, kyx, kyy, &
+                              a, b, local, ux, uy, wx, wy, vx, vy, fx, fy, px, py, inverse_mass, &
+                              free_x, free_y, counted, measured, keep, rx, ry, partial)
+      integer, intent(in) :: n_nodes, n_blocks
+      integer, intent(in) :: first(:), count(:), depth(:)
+      !> the block needs the general update
+      logical, intent(in) :: special(:)
+      integer, intent(in) :: jag(:, :), order(:), column(:)
+      real(wp), intent(in) :: kxx(:), kxy(:), kyx(:), kyy(:)
+      !> factors of velocity and of residual in the update [-], local damping [-]
+      real(wp), intent(in) :: a, b, local
+      !> displacements now and after the step [length]
+      real(wp), intent(in) :: ux(n_nodes), uy(n_nodes)
+      real(wp), intent(inout) :: wx(n_nodes), wy(n_nodes)
+      !> velocities [length per step]
+      real(wp), intent(inout) :: vx(n_nodes), vy(n_nodes)
+      !> internal forces of the last step, on return of this one [force]
+      real(wp), intent(inout) :: fx(n_nodes), fy(n_nodes)
+      !> applied nodal forces [force]
+      real(wp), intent(in) :: px(n_nodes), py(n_nodes)
+      !> 1/m of each node
+      real(wp), intent(in) :: inverse_mass(n_nodes)
+      !> 1 where a direction is free, 0 where it is supported
+      real(wp), intent(in) :: free_x(n_nodes), free_y(n_nodes)
+      !> 1 where the node enters the damping sums, 0 on loose pieces
+      real(wp), intent(in) :: counted(n_nodes)
+      !> 1 where its residual is summed here, 0 on loose pieces and at contact nodes (summed after contact)
+      real(wp), intent(in) :: measured(n_nodes)
+      !> factor of the velocity after the update: 1, less on loose pieces
+      real(wp), intent(in) :: keep(n_nodes)
+      !> residuals of the nodes of special blocks [force]
+      real(wp), intent(inout) :: rx(n_nodes), ry(n_nodes)
+      !> sums of each block, (n_sums, block)
+      real(wp), intent(out) :: partial(:, :)
+      real(wp) :: gx(block_size), gy(block_size), hx(block_size), hy(block_size)
+      integer :: k, base, n, j
+
+      !$omp parallel do default(none) schedule(static) if (n_blocks >= blocks_for_threads) &
+      !$omp    shared(n_blocks, first, count, depth, special, jag, order, column, kxx, kxy, kyx, kyy, ux, uy, wx, wy, &
+      !$omp           vx, vy, fx, fy, px, py, inverse_mass, free_x, free_y, counted, measured, keep, rx, ry, partial, &
+      !$omp           a, b, local) private(j, k, base, n, gx, gy, hx, hy)
+      do j = 1, n_blocks
+         base = first(j)
+         n = count(j)
+         call block_forces(n, depth(j), jag(:, j), order(base:base + n - 1), column, kxx, kxy, kyx, kyy, ux, uy, hx, hy)
+         do k = 1, n
+            gx(order(base + k - 1) - base + 1) = hx(k)
+            gy(order(base + k - 1) - base + 1) = hy(k)
+         end do
+         if (special(j)) then
+            call general_update(n, a, b, local, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
+                                fx(base), fy(base), px(base), py(base), inverse_mass(base), free_x(base), free_y(base), &
+                                counted(base), measured(base), keep(base), rx(base), ry(base), partial(:, j))
+         else
+            call plain_update(n, a, b, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
+                              fx(base), fy(base), px(base), py(base), inverse_mass(base), partial(:, j))
+         end if
+      end do
+      !$omp end parallel do
+   end subroutine relaxation_step
+
+   !> Update of a block whose nodes are all free, counted and without contact.
+   subroutine plain_update(n, a, b, gx, gy, ux, uy, wx, wy, vx, vy, fx, fy, px, py, inverse_mass, sums)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: a, b, gx(n), gy(n), ux(n), uy(n), px(n), py(n), inverse_mass(n)
+      real(wp), intent(inout) :: wx(n), wy(n), vx(n), vy(n), fx(n), fy(n)
+      real(wp), intent(out) :: sums(n_sums)
+      real(wp) :: curvature, kinetic, residual, x, y
+      integer :: k
+      curvature = 0; kinetic = 0; residual = 0
+      !$omp simd private(x, y) reduction(+:curvature, kinetic, residual)
+      do k = 1, n
+         curvature = curvature + (vx(k)*(gx(k) - fx(k)) + vy(k)*(gy(k) - fy(k)))
+         kinetic = kinetic + (vx(k)*vx(k) + vy(k)*vy(k))/inverse_mass(k)
+         x = px(k) - gx(k)
+         y = py(k) - gy(k)
+         residual = residual + (x*x + y*y)
+         vx(k) = a*vx(k) + b*inverse_mass(k)*x
+         vy(k) = a*vy(k) + b*inverse_mass(k)*y
+         wx(k) = ux(k) + vx(k)
+         wy(k) = uy(k) + vy(k)
+         fx(k) = gx(k)
+         fy(k) = gy(k)
+      end do
+      sums = [curvature, kinetic, residual, 0.0_wp]
+   end subroutine plain_update
+
+   !> Update of a block with supports, contact nodes, loose pieces or local damping.
+   subroutine general_update(n, a, b, local, gx, gy, ux, uy, wx, wy, vx, vy, fx, fy, px, py, inverse_mass, &
+                             free_x, free_y, counted, measured, keep, rx, ry, sums)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: a, b, local, gx(n), gy(n), ux(n), uy(n), px(n), py(n), inverse_mass(n)
+      real(wp), intent(in) :: free_x(n), free_y(n), counted(n), measured(n), keep(n)
+      real(wp), intent(inout) :: wx(n), wy(n), vx(n), vy(n), fx(n), fy(n), rx(n), ry(n)
+      real(wp), intent(out) :: sums(n_sums)
+      real(wp) :: curvature, kinetic, residual, reaction, x, y
+      integer :: k
+      curvature = 0; kinetic = 0; residual = 0; reaction = 0
+      !$omp simd private(x, y) reduction(+:curvature, kinetic, residual, reaction)
+      do k = 1, n
+         curvature = curvature + counted(k)*(vx(k)*(gx(k) - fx(k)) + vy(k)*(gy(k) - fy(k)))
+         kinetic = kinetic + counted(k)*(vx(k)*vx(k) + vy(k)*vy(k))/inverse_mass(k)
+         x = px(k) - gx(k)
+         y = py(k) - gy(k)
+         rx(k) = x
+         ry(k) = y
+         residual = residual + measured(k)*(free_x(k)*x*x + free_y(k)*y*y)
+         reaction = reaction + measured(k)*((1.0_wp - free_x(k))*x*x + (1.0_wp - free_y(k))*y*y)
+         x = x - local*merge(sign(1.0_wp, vx(k)), 0.0_wp, abs(vx(k)) > 0)*abs(x)
+         y = y - local*merge(sign(1.0_wp, vy(k)), 0.0_wp, abs(vy(k)) > 0)*abs(y)
+         vx(k) = keep(k)*free_x(k)*(a*vx(k) + b*inverse_mass(k)*x)
+         vy(k) = keep(k)*free_y(k)*(a*vy(k) + b*inverse_mass(k)*y)
+         wx(k) = ux(k) + vx(k)
+         wy(k) = uy(k) + vy(k)
+         fx(k) = gx(k)
+         fy(k) = gy(k)
+      end do
+      sums = [curvature, kinetic, residual, reaction]
+   end subroutine general_update
+
+end module rf_step_k

@@ -1,0 +1,428 @@
+!> Contact of crack faces: pairs of nodes that were one, with Coulomb friction (Qiu & Ding 2007, section 2.1, after
+!> Katona 1983). Here the pairs are found from the cracked edges and kept over splits; rf_contact_k finds the impulses.
+module rf_contact
+   use rf_kinds, only: wp, i8
+   use rf_grow, only: grow
+   use rf_sort, only: sorted_order
+   use rf_mesh, only: mesh_t
+   use rf_topology, only: side_nodes, changes_t
+   use rf_material, only: material_t
+   use rf_motion, only: motion_t
+   implicit none
+   private
+   public :: contact_t, pair_open, pair_slip, pair_stick
+
+   !> states of a pair
+   integer, parameter :: pair_open = 0, pair_slip = 1, pair_stick = 2
+   !> friction force, relative to its limit, from which a pair counts as slipping
+   real(wp), parameter :: slip_threshold = 1.0_wp - 1.0e-9_wp
+
+   type :: contact_t
+      integer :: n_pairs = 0, n_nodes = 0, n_groups = 0
+      !> nodes a < b of each pair, (2, pairs); pairs that share nodes stand together (groups)
+      integer, allocatable :: pair(:, :)
+      !> unit normal from a to b, (2, pairs)
+      real(wp), allocatable :: normal(:, :)
+      !> crack area that belongs to the pair [length^2]
+      real(wp), allocatable :: area(:)
+      !> coefficient of friction [-], cohesion [stress] and the force it bears while the pair is unbroken [force]
+      real(wp), allocatable :: friction(:), cohesion(:), cohesive_force(:)
+      !> the pair has slipped or opened at a converged state: its cohesion is gone
+      logical, allocatable :: broken(:)
+      !> slip from which friction is measured: that of the last converged state [length]
+      real(wp), allocatable :: slip_reference(:)
+      !> normal and tangential impulse of the last step, (2, pairs)
+      real(wp), allocatable :: impulse(:, :)
+      !> n.(1/m_a + 1/m_b).n and the same for the tangent, fixed directions counting 0, (pairs)
+      real(wp), allocatable :: normal_weight(:), tangent_weight(:)
+      !> node of each contact node; contact nodes of each pair, (2, pairs)
+      integer, allocatable :: node(:), pair_node(:, :)
+      !> contact force on each contact node [force], (2, contact nodes)
+      real(wp), allocatable :: force(:, :)
+      !> first pair and first contact node of each group, (groups + 1)
+      integer, allocatable :: group_pair(:), group_node(:)
+      !> sums of each group, (2, groups)
+      real(wp), allocatable :: partial(:, :)
+      !> keys of the pairs in ascending order, to find them by
+      integer(i8), allocatable, private :: key(:)
+      integer, allocatable, private :: by_key(:)
+   contains
+      procedure :: rebuild, weigh, find_pair, gap, slip, settle, traction, state, node_forces
+   end type contact_t
+
+contains
+
+   !> Find all pairs anew from the crack segments. Pairs that were there keep what they know; new ones measure friction
+   !> from the slip there is now, which is that of a converged state.
+   subroutine rebuild(self, mesh, material, motion, changes)
+      class(contact_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      type(motion_t), intent(in) :: motion
+      !> what the split changed (absent at the start)
+      type(changes_t), intent(in), optional :: changes
+      type(contact_t) :: old
+      integer :: p, q
+      old%n_pairs = self%n_pairs
+      if (old%n_pairs > 0) then
+         call move_alloc(self%key, old%key)
+         call move_alloc(self%by_key, old%by_key)
+         old%broken = self%broken(:self%n_pairs)
+         old%normal = self%normal(:, :self%n_pairs)
+         old%slip_reference = self%slip_reference(:self%n_pairs)
+         old%impulse = self%impulse(:, :self%n_pairs)
+      end if
+      call collect_pairs(self, mesh, material)
+      call group_pairs(self)
+      do p = 1, self%n_pairs
+         q = old%find_pair(self%pair(1, p), self%pair(2, p))
+         self%slip_reference(p) = self%slip(motion, p)
+         self%broken(p) = .false.
+         self%impulse(:, p) = 0
+         if (q > 0) then
+            self%broken(p) = old%broken(q)
+            self%impulse(:, p) = old%impulse(:, q)
+            if (all(abs(old%normal(:, q) - self%normal(:, p)) <= epsilon(1.0_wp))) self%slip_reference(p) = old%slip_reference(q)
+         else if (present(changes)) then
+            self%broken(p) = inherited_break(old, changes, self%pair(:, p))
+         end if
+      end do
+   end subroutine rebuild
+
+   !> Whether a pair of new nodes lies on a crack that had lost its cohesion.
+   logical function inherited_break(old, changes, pair) result(broken)
+      type(contact_t), intent(in) :: old
+      type(changes_t), intent(in) :: changes
+      integer, intent(in) :: pair(2)
+      integer :: i, q, from(2, 2), side
+      from(:, 1) = pair(1)
+      from(:, 2) = pair(2)
+      do i = changes%n_nodes, 1, -1      ! a copy's parent may be new itself
+         do side = 1, 2
+            where (from(:, side) == changes%node(i))
+               from(:, side) = merge(changes%parent(1, i), changes%parent(:, i), changes%parent(2, i) == 0)
+            end where
+         end do
+      end do
+      broken = .false.
+      do i = 1, 2
+         do side = 1, 2
+            q = old%find_pair(from(i, 1), from(side, 2))
+            if (q > 0) broken = broken .or. old%broken(q)
+         end do
+      end do
+   end function inherited_break
+
+   !> Pairs across all crack segments: one for each two nodes that face each other, normals weighted by length.
+   subroutine collect_pairs(self, mesh, material)
+      class(contact_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      integer(i8), allocatable :: key(:)
+      integer, allocatable :: order(:), segment_of(:)
+      integer :: s, i, n, nodes(2, 2), p
+      allocate (key(2*mesh%n_segments), segment_of(2*mesh%n_segments))
+      n = 0
+      do s = 1, mesh%n_segments
+         nodes = side_nodes(mesh, s)
+         do i = 1, 2
+            if (nodes(i, 1) == nodes(i, 2)) cycle
+            n = n + 1
+            key(n) = pair_key(nodes(i, 1), nodes(i, 2))
+            segment_of(n) = s
+         end do
+      end do
+      allocate (order, source=sorted_order(key(:n)))
+      call reserve_pairs(self, n)
+      p = 0
+      do i = 1, n
+         if (i == 1) then
+            call start_pair(key(order(i)))
+         else if (key(order(i)) /= key(order(i - 1))) then
+            call start_pair(key(order(i)))
+         end if
+         call add_segment(segment_of(order(i)))
+      end do
+      self%n_pairs = p
+      do p = 1, self%n_pairs
+         self%normal(:, p) = self%normal(:, p)/norm2(self%normal(:, p))
+      end do
+
+   contains
+
+      subroutine start_pair(k)
+         integer(i8), intent(in) :: k
+         p = p + 1
+         self%pair(:, p) = [int(k/2_i8**32), int(mod(k, 2_i8**32))]
+         self%normal(:, p) = 0
+         self%area(p) = 0
+         self%friction(p) = huge(1.0_wp)
+         self%cohesion(p) = huge(1.0_wp)
+      end subroutine start_pair
+
+      !> Half the segment belongs to the pair; of two materials the smaller friction and cohesion count.
+      subroutine add_segment(s)
+         integer, intent(in) :: s
+         integer :: ends(2, 2), side, e
+         real(wp) :: along(2), sense
+         ends = side_nodes(mesh, s)
+         along = mesh%x(:, ends(2, 1)) - mesh%x(:, ends(1, 1))
+         sense = merge(1.0_wp, -1.0_wp, any(ends(:, 1) == self%pair(1, p)))
+         ! the outward normal of the first side points to the second
+         self%normal(:, p) = self%normal(:, p) + sense*[along(2), -along(1)]
+         do side = 1, 2
+            e = mesh%section(mesh%segment_element(side, s))
+            self%friction(p) = min(self%friction(p), material%section(e)%friction)
+            self%cohesion(p) = min(self%cohesion(p), material%section(e)%cohesion)
+         end do
+         self%area(p) = self%area(p) + 0.5_wp*norm2(along)*material%section(e)%thickness
+      end subroutine add_segment
+
+   end subroutine collect_pairs
+
+   pure integer(i8) function pair_key(a, b)
+      integer, intent(in) :: a, b
+      pair_key = int(min(a, b), i8)*2_i8**32 + int(max(a, b), i8)
+   end function pair_key
+
+   subroutine reserve_pairs(self, n)
+      class(contact_t), intent(inout) :: self
+      integer, intent(in) :: n
+      call grow(self%pair, n, 2)
+      call grow(self%normal, n, 2)
+      call grow(self%area, n)
+      call grow(self%friction, n)
+      call grow(self%cohesion, n)
+      call grow(self%cohesive_force, n)
+      call grow(self%broken, n)
+      call grow(self%slip_reference, n)
+      call grow(self%impulse, n, 2)
+      call grow(self%normal_weight, n)
+      call grow(self%tangent_weight, n)
+      call grow(self%pair_node, n, 2)
+      call grow(self%node, 2*n)
+      call grow(self%force, 2*n, 2)
+   end subroutine reserve_pairs
+
+   !> Put pairs that share nodes together, in the order of the lowest pair of each group, and number their nodes.
+   subroutine group_pairs(self)
+      class(contact_t), intent(inout) :: self
+      integer, allocatable :: root(:), order(:), group(:)
+      integer(i8), allocatable :: nodes(:)
+      integer :: n, p, i, a, b
+
+      n = self%n_pairs
+      allocate (nodes(2*n))
+      nodes(1:2*n - 1:2) = self%pair(1, :n)
+      nodes(2:2*n:2) = self%pair(2, :n)
+      allocate (order, source=sorted_order(nodes))
+      allocate (root(n), group(n))
+      root = [(p, p=1, n)]
+      do i = 2, size(order)                                ! pairs that hold the same node belong together
+         if (nodes(order(i)) /= nodes(order(i - 1))) cycle
+         a = find_root(root, (order(i) + 1)/2)
+         b = find_root(root, (order(i - 1) + 1)/2)
+         root(max(a, b)) = min(a, b)
+      end do
+      do p = 1, n
+         group(p) = find_root(root, p)
+      end do
+      deallocate (order)
+      allocate (order, source=sorted_order(int(group, i8)))
+      call permute_pairs(self, order)
+      group = group(order)
+      call number_nodes(self, group)
+      if (allocated(self%key)) deallocate (self%key)
+      if (allocated(self%by_key)) deallocate (self%by_key)
+      allocate (self%key(n))
+      do p = 1, n
+         self%key(p) = pair_key(self%pair(1, p), self%pair(2, p))
+      end do
+      allocate (self%by_key, source=sorted_order(self%key))
+      self%key = self%key(self%by_key)
+   end subroutine group_pairs
+
+   integer function find_root(root, member) result(r)
+      integer, intent(inout) :: root(:)
+      integer, intent(in) :: member
+      r = member
+      do while (root(r) /= r)
+         root(r) = root(root(r))
+         r = root(r)
+      end do
+   end function find_root
+
+   subroutine permute_pairs(self, order)
+      class(contact_t), intent(inout) :: self
+      integer, intent(in) :: order(:)
+      integer :: n
+      n = size(order)
+      self%pair(:, :n) = self%pair(:, order)
+      self%normal(:, :n) = self%normal(:, order)
+      self%area(:n) = self%area(order)
+      self%friction(:n) = self%friction(order)
+      self%cohesion(:n) = self%cohesion(order)
+   end subroutine permute_pairs
+
+   !> Contact nodes group by group, and where each group begins.
+   subroutine number_nodes(self, group)
+      class(contact_t), intent(inout) :: self
+      !> group of each pair; pairs of a group stand together
+      integer, intent(in) :: group(:)
+      integer :: p, i, c, g
+      if (allocated(self%group_pair)) deallocate (self%group_pair, self%group_node, self%partial)
+      allocate (self%group_pair(self%n_pairs + 1), self%group_node(self%n_pairs + 1))
+      g = 0
+      self%n_nodes = 0
+      do p = 1, self%n_pairs
+         if (p == 1) then
+            call open_group()
+         else if (group(p) /= group(p - 1)) then
+            call open_group()
+         end if
+         do i = 1, 2
+            do c = self%group_node(g), self%n_nodes
+               if (self%node(c) == self%pair(i, p)) exit
+            end do
+            if (c > self%n_nodes) self%n_nodes = c
+            self%node(c) = self%pair(i, p)
+            self%pair_node(i, p) = c
+         end do
+      end do
+      self%n_groups = g
+      self%group_pair(g + 1) = self%n_pairs + 1
+      self%group_node(g + 1) = self%n_nodes + 1
+      allocate (self%partial(2, g), source=0.0_wp)
+      self%force(:, :self%n_nodes) = 0
+
+   contains
+
+      subroutine open_group()
+         g = g + 1
+         self%group_pair(g) = p
+         self%group_node(g) = self%n_nodes + 1
+      end subroutine open_group
+
+   end subroutine number_nodes
+
+   !> Number of the pair of two nodes, 0 if there is none.
+   pure integer function find_pair(self, a, b) result(p)
+      class(contact_t), intent(in) :: self
+      integer, intent(in) :: a, b
+      integer(i8) :: key
+      integer :: low, high, middle
+      p = 0
+      key = pair_key(a, b)
+      low = 1
+      high = self%n_pairs
+      do while (low <= high)
+         middle = (low + high)/2
+         if (self%key(middle) == key) then
+            p = self%by_key(middle)
+            return
+         else if (self%key(middle) < key) then
+            low = middle + 1
+         else
+            high = middle - 1
+         end if
+      end do
+   end function find_pair
+
+   !> Compliances of the pairs for the masses and supports there are.
+   subroutine weigh(self, inverse_mass, free_x, free_y)
+      class(contact_t), intent(inout) :: self
+      !> 1/m, and 1 where a direction is free, else 0, (nodes)
+      real(wp), intent(in) :: inverse_mass(:), free_x(:), free_y(:)
+      integer :: p, a, b
+      real(wp) :: sx, sy
+      do p = 1, self%n_pairs
+         a = self%pair(1, p)
+         b = self%pair(2, p)
+         sx = free_x(a)*inverse_mass(a) + free_x(b)*inverse_mass(b)
+         sy = free_y(a)*inverse_mass(a) + free_y(b)*inverse_mass(b)
+         self%cohesive_force(p) = merge(0.0_wp, self%cohesion(p)*self%area(p), self%broken(p))
+         self%normal_weight(p) = self%normal(1, p)**2*sx + self%normal(2, p)**2*sy
+         self%tangent_weight(p) = self%normal(2, p)**2*sx + self%normal(1, p)**2*sy
+      end do
+   end subroutine weigh
+
+   !> Opening of a pair [length].
+   pure real(wp) function gap(self, motion, p)
+      class(contact_t), intent(in) :: self
+      type(motion_t), intent(in) :: motion
+      integer, intent(in) :: p
+      gap = self%normal(1, p)*(motion%ux(self%pair(2, p)) - motion%ux(self%pair(1, p))) &
+            + self%normal(2, p)*(motion%uy(self%pair(2, p)) - motion%uy(self%pair(1, p)))
+   end function gap
+
+   !> Slip of a pair, b against a along the tangent (-n_y, n_x) [length].
+   pure real(wp) function slip(self, motion, p)
+      class(contact_t), intent(in) :: self
+      type(motion_t), intent(in) :: motion
+      integer, intent(in) :: p
+      slip = self%normal(1, p)*(motion%uy(self%pair(2, p)) - motion%uy(self%pair(1, p))) &
+             - self%normal(2, p)*(motion%ux(self%pair(2, p)) - motion%ux(self%pair(1, p)))
+   end function slip
+
+   !> State of a pair after a step.
+   pure integer function state(self, p, b)
+      class(contact_t), intent(in) :: self
+      integer, intent(in) :: p
+      !> factor of the residual in the step's update
+      real(wp), intent(in) :: b
+      real(wp) :: cap
+      if (.not. self%impulse(1, p) > 0) then
+         state = pair_open
+         return
+      end if
+      cap = self%friction(p)*self%impulse(1, p)
+      cap = cap + b*self%cohesive_force(p)
+      state = merge(pair_slip, pair_stick, abs(self%impulse(2, p)) >= slip_threshold*cap)
+   end function state
+
+   !> Traction forces of a pair: normal (pressing, >= 0) and tangential on b [force].
+   pure function traction(self, p, b) result(force)
+      class(contact_t), intent(in) :: self
+      integer, intent(in) :: p
+      !> factor of the residual in the step's update
+      real(wp), intent(in) :: b
+      real(wp) :: force(2)
+      force = self%impulse(:, p)/b
+   end function traction
+
+   !> A converged state is accepted: slipping and open pairs measure friction from here on, and have lost their
+   !> cohesion. Returns the work done against friction since the last one: traction at the end times slip.
+   subroutine settle(self, motion, b, friction_work)
+      class(contact_t), intent(inout) :: self
+      type(motion_t), intent(in) :: motion
+      !> factor of the residual in the step's update
+      real(wp), intent(in) :: b
+      !> [force length]
+      real(wp), intent(out) :: friction_work
+      integer :: p, how
+      real(wp) :: s, f(2)
+      friction_work = 0
+      do p = 1, self%n_pairs
+         how = self%state(p, b)
+         if (how == pair_stick) cycle
+         s = self%slip(motion, p)
+         f = self%traction(p, b)
+         friction_work = friction_work - f(2)*(s - self%slip_reference(p))
+         self%slip_reference(p) = s
+         self%broken(p) = .true.
+      end do
+   end subroutine settle
+
+   !> Add the contact forces to arrays over all nodes.
+   subroutine node_forces(self, fx, fy)
+      class(contact_t), intent(in) :: self
+      !> [force], (nodes)
+      real(wp), intent(inout) :: fx(:), fy(:)
+      integer :: c
+      do c = 1, self%n_nodes
+         fx(self%node(c)) = fx(self%node(c)) + self%force(1, c)
+         fy(self%node(c)) = fy(self%node(c)) + self%force(2, c)
+      end do
+   end subroutine node_forces
+
+end module rf_contact

@@ -1,0 +1,490 @@
+!> Supports and loads: what each step asks for, how it follows load factor and time, and how it follows the mesh.
+!>
+!> Supports and nodal forces are kept per node, pressures per face (through mesh%face_tag, which every split keeps),
+!> gravity per element. Without amplitude a value runs linearly from where the last step left it.
+module rf_loads
+   use rf_kinds, only: wp
+   use rf_grow, only: grow
+   use rf_mesh, only: mesh_t
+   use rf_topology, only: changes_t, next_corner
+   use rf_material, only: material_t
+   use rf_amplitude, only: amplitude_t
+   implicit none
+   private
+   public :: loads_t, load_definition_t, ramp_t
+   public :: load_support, load_force, load_element_face, load_edges, load_gravity
+
+   !> kinds of definitions
+   integer, parameter :: load_support = 1, load_force = 2, load_element_face = 3, load_edges = 4, load_gravity = 5
+
+   !> How a value runs over the step.
+   type :: ramp_t
+      !> value at the start of the step, value asked for
+      real(wp) :: from = 0, to = 0
+      !> number of the amplitude, 0: linear over the step
+      integer :: amplitude = 0
+      !> value at the load factor and time last applied
+      real(wp) :: now = 0
+   end type ramp_t
+
+   !> One data line of *BOUNDARY, *CLOAD, *DLOAD or *PRESSURE.
+   type :: load_definition_t
+      integer :: kind = 0
+      !> step it belongs to (0: before the first)
+      integer :: step = 0
+      !> it acts on a set of nodes or elements, or on one (the other is 0)
+      integer :: set = 0, entity = 0
+      !> directions (support, force), or the face (1 to 3)
+      integer :: first_dof = 0, last_dof = 0
+      !> displacement [length], force [force], pressure [stress] or acceleration [length/time^2]
+      real(wp) :: value = 0
+      !> direction of gravity [-]
+      real(wp) :: direction(2) = 0
+      integer :: amplitude = 0
+   end type load_definition_t
+
+   !> The nodal force of one definition on one node and direction.
+   type :: nodal_force_t
+      integer :: node = 0, dof = 0, definition = 0
+      type(ramp_t) :: ramp
+   end type nodal_force_t
+
+   type :: loads_t
+      !> applied nodal forces now: forces, pressures, gravity [force], (nodes)
+      real(wp), allocatable :: px(:), py(:)
+      !> 1 where a direction is free, 0 where it is supported, (nodes)
+      real(wp), allocatable :: free_x(:), free_y(:)
+      !> displacement of supported directions now [length], (nodes)
+      real(wp), allocatable :: cx(:), cy(:)
+      type(amplitude_t), allocatable :: amplitudes(:)
+      !> how each supported direction runs, (2, nodes)
+      type(ramp_t), allocatable :: support(:, :)
+      integer :: n_forces = 0
+      type(nodal_force_t), allocatable :: force(:)
+      !> definitions that are acting, with their ramps (pressure and gravity use them; forces have their own)
+      integer :: n_acting = 0
+      type(load_definition_t), allocatable :: acting(:)
+      type(ramp_t), allocatable :: ramp(:)
+      !> tag t of a face: the acting definitions tag_member(tag_first(t):tag_first(t+1)-1) press on it
+      integer :: n_tags = 0
+      integer, allocatable :: tag_first(:), tag_member(:)
+      logical, private :: any_gravity = .false.
+   contains
+      procedure :: prepare, begin_step, apply, adopt, is_held
+      procedure, private :: act, drop, release, spread, tag_faces, new_tag, add_nodal_forces, add_pressures, add_gravity
+   end type loads_t
+
+contains
+
+   !> A body without supports and loads.
+   subroutine prepare(self, n_nodes)
+      class(loads_t), intent(inout) :: self
+      integer, intent(in) :: n_nodes
+      call reserve_nodes(self, n_nodes)
+      allocate (self%force(0), self%acting(0), self%ramp(0), self%tag_member(0))
+      self%tag_first = [1]
+      if (.not. allocated(self%amplitudes)) allocate (self%amplitudes(0))
+   end subroutine prepare
+
+   subroutine reserve_nodes(self, n)
+      class(loads_t), intent(inout) :: self
+      integer, intent(in) :: n
+      type(ramp_t), allocatable :: larger(:, :)
+      integer :: old
+      old = 0
+      if (allocated(self%px)) old = size(self%px)
+      if (old >= n) return
+      call grow(self%px, n)
+      call grow(self%py, n)
+      call grow(self%free_x, n)
+      call grow(self%free_y, n)
+      call grow(self%cx, n)
+      call grow(self%cy, n)
+      self%free_x(old + 1:) = 1
+      self%free_y(old + 1:) = 1
+      allocate (larger(2, size(self%px)))
+      if (old > 0) larger(:, :old) = self%support
+      call move_alloc(larger, self%support)
+   end subroutine reserve_nodes
+
+   !> Whether a direction of a node is supported.
+   pure logical function is_held(self, dof, node)
+      class(loads_t), intent(in) :: self
+      integer, intent(in) :: dof, node
+      is_held = merge(self%free_x(node), self%free_y(node), dof == 1) < 0.5_wp
+   end function is_held
+
+   !> Start a step: everything that acts goes on from its present value; the step's definitions replace or join it.
+   subroutine begin_step(self, mesh, definitions, replaced, reaction)
+      class(loads_t), intent(inout) :: self
+      type(mesh_t), intent(inout) :: mesh
+      !> definitions of this step, in the deck's order
+      type(load_definition_t), intent(in) :: definitions(:)
+      !> kinds for which the step says OP=NEW: what it does not name is dropped, (load_gravity)
+      logical, intent(in) :: replaced(:)
+      !> reactions of the supports now [force], (2, nodes)
+      real(wp), intent(in) :: reaction(:, :)
+      integer :: i, n, d
+      do n = 1, mesh%n_nodes
+         self%support(1, n) = held_at(self%cx(n))
+         self%support(2, n) = held_at(self%cy(n))
+      end do
+      do i = 1, self%n_forces
+         self%force(i)%ramp = held_at(self%force(i)%ramp%now)
+      end do
+      do d = 1, self%n_acting
+         self%ramp(d) = held_at(self%ramp(d)%now)
+      end do
+      if (replaced(load_support)) call self%release(mesh, definitions, reaction)
+      call self%drop(replaced)
+      do i = 1, size(definitions)
+         call self%act(mesh, definitions(i))
+      end do
+      self%any_gravity = any(self%acting(:self%n_acting)%kind == load_gravity)
+   end subroutine begin_step
+
+   !> A ramp that stays where it is.
+   pure type(ramp_t) function held_at(value)
+      real(wp), intent(in) :: value
+      held_at = ramp_t(value, value, 0, value)
+   end function held_at
+
+   !> OP=NEW for supports: those that the step does not name let go, their reactions fall linearly to zero.
+   subroutine release(self, mesh, definitions, reaction)
+      class(loads_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(load_definition_t), intent(in) :: definitions(:)
+      real(wp), intent(in) :: reaction(:, :)
+      integer :: n, dof, i
+      logical :: named
+      do n = 1, mesh%n_nodes
+         do dof = 1, 2
+            if (.not. self%is_held(dof, n)) cycle
+            named = .false.
+            do i = 1, size(definitions)
+               if (definitions(i)%kind == load_support .and. dof >= definitions(i)%first_dof .and. &
+                   dof <= definitions(i)%last_dof) named = named .or. acts_on_node(definitions(i), mesh, n)
+            end do
+            if (named) cycle
+            if (dof == 1) self%free_x(n) = 1
+            if (dof == 2) self%free_y(n) = 1
+            call add_force(self, nodal_force_t(n, dof, 0, ramp_t(reaction(dof, n), 0.0_wp, 0, reaction(dof, n))))
+         end do
+      end do
+   end subroutine release
+
+   !> OP=NEW for loads: all that acted falls to zero, unless a definition takes it up again.
+   subroutine drop(self, replaced)
+      class(loads_t), intent(inout) :: self
+      logical, intent(in) :: replaced(:)
+      integer :: i
+      do i = 1, self%n_acting
+         if (replaced(self%acting(i)%kind)) self%ramp(i)%to = 0
+      end do
+      do i = 1, self%n_forces
+         if (replaced(load_force)) self%force(i)%ramp%to = 0
+      end do
+   end subroutine drop
+
+   pure logical function acts_on_node(definition, mesh, node)
+      type(load_definition_t), intent(in) :: definition
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: node
+      acts_on_node = definition%entity == node
+      if (definition%set > 0) acts_on_node = mesh%node_in_set(node, definition%set)
+   end function acts_on_node
+
+   !> Let a definition act: it takes the place of one with the same target, or joins.
+   subroutine act(self, mesh, definition)
+      class(loads_t), intent(inout) :: self
+      type(mesh_t), intent(inout) :: mesh
+      type(load_definition_t), intent(in) :: definition
+      type(load_definition_t), allocatable :: acting(:)
+      type(ramp_t), allocatable :: ramp(:)
+      integer :: d, n, dof, i
+      if (definition%kind == load_support) then
+         do n = 1, mesh%n_nodes
+            if (.not. acts_on_node(definition, mesh, n)) cycle
+            do dof = definition%first_dof, definition%last_dof
+               self%support(dof, n)%to = definition%value
+               self%support(dof, n)%amplitude = definition%amplitude
+               if (dof == 1) self%free_x(n) = 0
+               if (dof == 2) self%free_y(n) = 0
+            end do
+         end do
+         return
+      end if
+      do d = 1, self%n_acting
+         if (same_target(self%acting(d), definition)) exit
+      end do
+      if (d > self%n_acting) then
+         if (d > size(self%acting)) then
+            allocate (acting(2*d), ramp(2*d))
+            acting(:d - 1) = self%acting(:d - 1)
+            ramp(:d - 1) = self%ramp(:d - 1)
+            call move_alloc(acting, self%acting)
+            call move_alloc(ramp, self%ramp)
+         end if
+         self%n_acting = d
+         self%acting(d) = definition
+         self%ramp(d) = ramp_t()
+         call self%spread(mesh, d)
+      end if
+      self%ramp(d)%to = definition%value
+      self%ramp(d)%amplitude = definition%amplitude
+      self%acting(d)%direction = definition%direction
+      do i = 1, self%n_forces
+         if (self%force(i)%definition /= d) cycle
+         self%force(i)%ramp%to = definition%value*force_share(mesh, self%force(i)%node, definition)
+         self%force(i)%ramp%amplitude = definition%amplitude
+      end do
+   end subroutine act
+
+   !> Part of the value that a node gets: copies of a deck node share it; a node named by itself takes part likewise.
+   pure real(wp) function force_share(mesh, node, definition)
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: node
+      type(load_definition_t), intent(in) :: definition
+      force_share = 1
+      if (definition%kind == load_force) force_share = mesh%share(node)
+   end function force_share
+
+   pure logical function same_target(a, b)
+      type(load_definition_t), intent(in) :: a, b
+      same_target = a%kind == b%kind .and. a%set == b%set .and. a%entity == b%entity .and. &
+                    a%first_dof == b%first_dof .and. a%last_dof == b%last_dof
+   end function same_target
+
+   !> Find the nodes or faces of a new definition.
+   subroutine spread(self, mesh, d)
+      class(loads_t), intent(inout) :: self
+      type(mesh_t), intent(inout) :: mesh
+      integer, intent(in) :: d
+      integer :: n
+      select case (self%acting(d)%kind)
+      case (load_force)
+         do n = 1, mesh%n_nodes
+            if (acts_on_node(self%acting(d), mesh, n)) &
+               call add_force(self, nodal_force_t(n, self%acting(d)%first_dof, d, ramp_t()))
+         end do
+      case (load_element_face, load_edges)
+         call self%tag_faces(mesh, d)
+      end select
+   end subroutine spread
+
+   subroutine add_force(self, force)
+      class(loads_t), intent(inout) :: self
+      type(nodal_force_t), intent(in) :: force
+      type(nodal_force_t), allocatable :: larger(:)
+      if (self%n_forces == size(self%force)) then
+         allocate (larger(2*self%n_forces + 8))
+         larger(:self%n_forces) = self%force
+         call move_alloc(larger, self%force)
+      end if
+      self%n_forces = self%n_forces + 1
+      self%force(self%n_forces) = force
+   end subroutine add_force
+
+   !> Tag the boundary faces that a pressure acts on.
+   subroutine tag_faces(self, mesh, d)
+      class(loads_t), intent(inout) :: self
+      type(mesh_t), intent(inout) :: mesh
+      integer, intent(in) :: d
+      integer :: e, k
+      logical :: hit
+      do e = 1, mesh%n_elements
+         do k = 1, 3
+            if (mesh%neighbour(k, e) /= 0) cycle
+            if (self%acting(d)%kind == load_edges) then
+               hit = mesh%node_in_set(mesh%connectivity(k, e), self%acting(d)%set) .and. &
+                     mesh%node_in_set(mesh%connectivity(next_corner(k), e), self%acting(d)%set)
+            else
+               hit = k == self%acting(d)%first_dof .and. &
+                     (e == self%acting(d)%entity .or. mesh%element_in_set(e, self%acting(d)%set))
+            end if
+            if (hit) mesh%face_tag(k, e) = self%new_tag(mesh%face_tag(k, e), d)
+         end do
+      end do
+   end subroutine tag_faces
+
+   !> The tag of the faces that carry what tag `old` carries, and definition d.
+   integer function new_tag(self, old, d) result(tag)
+      class(loads_t), intent(inout) :: self
+      integer, intent(in) :: old, d
+      integer, allocatable :: members(:)
+      allocate (members(0))
+      if (old > 0) members = self%tag_member(self%tag_first(old):self%tag_first(old + 1) - 1)
+      members = [members, d]
+      do tag = 1, self%n_tags
+         if (self%tag_first(tag + 1) - self%tag_first(tag) /= size(members)) cycle
+         if (all(self%tag_member(self%tag_first(tag):self%tag_first(tag + 1) - 1) == members)) return
+      end do
+      self%n_tags = tag
+      self%tag_member = [self%tag_member, members]
+      self%tag_first = [self%tag_first, size(self%tag_member) + 1]
+   end function new_tag
+
+   !> Value of a ramp.
+   pure real(wp) function value_at(self, ramp, fraction, time)
+      class(loads_t), intent(in) :: self
+      type(ramp_t), intent(in) :: ramp
+      real(wp), intent(in) :: fraction, time
+      if (ramp%amplitude > 0) then
+         value_at = ramp%to*self%amplitudes(ramp%amplitude)%at(time)
+      else
+         value_at = ramp%from + (ramp%to - ramp%from)*fraction
+      end if
+   end function value_at
+
+   !> Applied forces and prescribed displacements at a fraction of the step.
+   subroutine apply(self, mesh, material, fraction, time)
+      class(loads_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      !> part of the step that is done [-], step time [time]
+      real(wp), intent(in) :: fraction, time
+      integer :: n, d
+      do n = 1, mesh%n_nodes
+         if (self%is_held(1, n)) self%cx(n) = value_at(self, self%support(1, n), fraction, time)
+         if (self%is_held(2, n)) self%cy(n) = value_at(self, self%support(2, n), fraction, time)
+      end do
+      self%px(:mesh%n_nodes) = 0
+      self%py(:mesh%n_nodes) = 0
+      call self%add_nodal_forces(fraction, time)
+      do d = 1, self%n_acting
+         self%ramp(d)%now = value_at(self, self%ramp(d), fraction, time)
+      end do
+      if (self%n_tags > 0) call self%add_pressures(mesh, material)
+      if (self%any_gravity) call self%add_gravity(mesh, material)
+   end subroutine apply
+
+   subroutine add_nodal_forces(self, fraction, time)
+      class(loads_t), intent(inout) :: self
+      real(wp), intent(in) :: fraction, time
+      integer :: i, n
+      real(wp) :: f
+      do i = 1, self%n_forces
+         n = self%force(i)%node
+         f = value_at(self, self%force(i)%ramp, fraction, time)
+         self%force(i)%ramp%now = f
+         if (self%force(i)%dof == 1) self%px(n) = self%px(n) + f
+         if (self%force(i)%dof == 2) self%py(n) = self%py(n) + f
+      end do
+   end subroutine add_nodal_forces
+
+   !> Pressure pushes on the face from outside: half of it at each end.
+   subroutine add_pressures(self, mesh, material)
+      class(loads_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      real(wp) :: pressure(self%n_tags), edge(2), push(2)
+      integer :: e, k, t, i, ends(2)
+      do t = 1, self%n_tags
+         pressure(t) = 0
+         do i = self%tag_first(t), self%tag_first(t + 1) - 1
+            pressure(t) = pressure(t) + self%ramp(self%tag_member(i))%now
+         end do
+      end do
+      do e = 1, mesh%n_elements
+         do k = 1, 3
+            t = mesh%face_tag(k, e)
+            if (t == 0) cycle
+            ends = mesh%connectivity([k, next_corner(k)], e)
+            edge = mesh%x(:, ends(2)) - mesh%x(:, ends(1))
+            push = 0.5_wp*pressure(t)*material%section(mesh%section(e))%thickness*[-edge(2), edge(1)]
+            self%px(ends) = self%px(ends) + push(1)
+            self%py(ends) = self%py(ends) + push(2)
+         end do
+      end do
+   end subroutine add_pressures
+
+   !> Gravity: a third of an element's weight at each corner.
+   subroutine add_gravity(self, mesh, material)
+      class(loads_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      real(wp) :: third, g
+      integer :: d, e
+      do d = 1, self%n_acting
+         if (self%acting(d)%kind /= load_gravity) cycle
+         g = self%ramp(d)%now
+         do e = 1, mesh%n_elements
+            if (.not. (mesh%element_in_set(e, self%acting(d)%set) .or. e == self%acting(d)%entity)) cycle
+            associate (section => material%section(mesh%section(e)), corner => mesh%connectivity(:, e))
+               third = g*section%density*section%thickness*mesh%area(e)/3
+               self%px(corner) = self%px(corner) + third*self%acting(d)%direction(1)
+               self%py(corner) = self%py(corner) + third*self%acting(d)%direction(2)
+            end associate
+         end do
+      end do
+   end subroutine add_gravity
+
+   !> Loads follow a split: copies keep the supports of their node and share its forces; a midpoint of a boundary edge
+   !> is supported where both ends are.
+   subroutine adopt(self, changes)
+      class(loads_t), intent(inout) :: self
+      type(changes_t), intent(in) :: changes
+      integer :: i, n, a, b, dof
+      logical :: held
+      do i = 1, changes%n_nodes
+         n = changes%node(i)
+         a = changes%parent(1, i)
+         b = changes%parent(2, i)
+         call reserve_nodes(self, n)
+         self%cx(n) = 0
+         self%cy(n) = 0
+         do dof = 1, 2
+            self%support(dof, n) = self%support(dof, a)
+            held = self%is_held(dof, a)
+            if (b > 0) then
+               held = held .and. changes%on_boundary(i)
+               if (held) held = self%is_held(dof, b)
+               if (held) self%support(dof, n) = mean_ramp(self%support(dof, a), self%support(dof, b))
+            end if
+            if (dof == 1) self%free_x(n) = merge(0.0_wp, 1.0_wp, held)
+            if (dof == 2) self%free_y(n) = merge(0.0_wp, 1.0_wp, held)
+         end do
+         if (b > 0) cycle
+         self%cx(n) = self%cx(a)
+         self%cy(n) = self%cy(a)
+      end do
+      do i = 1, changes%n_nodes
+         if (changes%parent(2, i) == 0) call share_forces(self, changes, i)
+      end do
+   end subroutine adopt
+
+   pure type(ramp_t) function mean_ramp(a, b)
+      type(ramp_t), intent(in) :: a, b
+      mean_ramp = ramp_t(0.5_wp*(a%from + b%from), 0.5_wp*(a%to + b%to), a%amplitude)
+   end function mean_ramp
+
+   !> Forces of a node that was copied: the first of its copies in the list divides them among all.
+   subroutine share_forces(self, changes, which)
+      class(loads_t), intent(inout) :: self
+      type(changes_t), intent(in) :: changes
+      integer, intent(in) :: which
+      integer :: i, j, origin, copies, n
+      type(nodal_force_t) :: force
+      origin = changes%parent(1, which)
+      copies = 1
+      do i = 1, changes%n_nodes
+         if (changes%parent(1, i) /= origin .or. changes%parent(2, i) /= 0) cycle
+         if (i < which) return
+         copies = copies + 1
+      end do
+      n = self%n_forces
+      do j = 1, n
+         if (self%force(j)%node /= origin) cycle
+         self%force(j)%ramp%from = self%force(j)%ramp%from/copies
+         self%force(j)%ramp%to = self%force(j)%ramp%to/copies
+         self%force(j)%ramp%now = self%force(j)%ramp%now/copies
+         do i = which, changes%n_nodes
+            if (changes%parent(1, i) /= origin .or. changes%parent(2, i) /= 0) cycle
+            force = self%force(j)
+            force%node = changes%node(i)
+            call add_force(self, force)
+         end do
+      end do
+   end subroutine share_forces
+
+end module rf_loads

@@ -1,0 +1,61 @@
+!> What the elements are made of: sections (material, plane state, thickness) and the scatter of each element.
+module rf_material
+   use rf_kinds, only: wp
+   use rf_grow, only: grow
+   use rf_cst, only: elasticity_t
+   use rf_topology, only: changes_t
+   implicit none
+   private
+   public :: material_t, section_t
+
+   !> A material as a section of the body uses it.
+   type :: section_t
+      !> plane elasticity
+      type(elasticity_t) :: law
+      !> number of the material (order of the deck)
+      integer :: material = 0
+      !> plane strain, else plane stress
+      logical :: plane_strain = .true.
+      !> thickness [length], density [mass/length^3; negative: not given]
+      real(wp) :: thickness = 1, density = -1
+      !> coefficient of friction [-] and cohesion [stress] of surfaces broken in this material
+      real(wp) :: friction = 0, cohesion = 0
+      !> Young's modulus [stress], Poisson's ratio [-]
+      real(wp) :: young = 0, poisson = 0
+   end type section_t
+
+   type :: material_t
+      type(section_t), allocatable :: section(:)
+      !> names of the materials, (materials)
+      character(len=80), allocatable :: name(:)
+      !> factor of stiffness and of strength (tensile strength, cohesion) of each element [-], (capacity)
+      real(wp), allocatable :: stiffness_factor(:), strength_factor(:)
+   contains
+      procedure :: prepare, adopt
+   end type material_t
+
+contains
+
+   !> Elements without scatter.
+   subroutine prepare(self, n_elements)
+      class(material_t), intent(inout) :: self
+      integer, intent(in) :: n_elements
+      allocate (self%stiffness_factor(n_elements), self%strength_factor(n_elements), source=1.0_wp)
+   end subroutine prepare
+
+   !> Children have the factors of the element they were cut from.
+   subroutine adopt(self, changes)
+      class(material_t), intent(inout) :: self
+      type(changes_t), intent(in) :: changes
+      integer :: i, child, origin
+      do i = 1, changes%n_children
+         child = changes%child(1, i)
+         origin = changes%child(2, i)
+         call grow(self%stiffness_factor, child)
+         call grow(self%strength_factor, child)
+         self%stiffness_factor(child) = self%stiffness_factor(origin)
+         self%strength_factor(child) = self%strength_factor(origin)
+      end do
+   end subroutine adopt
+
+end module rf_material

@@ -1,0 +1,72 @@
+!> The state of motion of all nodes, one array a component: what the step kernel works on.
+module rf_motion
+   use rf_kinds, only: wp
+   use rf_grow, only: grow
+   use rf_mesh, only: mesh_t
+   use rf_topology, only: changes_t
+   implicit none
+   private
+   public :: motion_t
+
+   type :: motion_t
+      !> displacements [length], (nodes)
+      real(wp), allocatable :: ux(:), uy(:)
+      !> displacements after the step under way [length]
+      real(wp), allocatable :: wx(:), wy(:)
+      !> velocities [length per step]
+      real(wp), allocatable :: vx(:), vy(:)
+      !> internal forces of the displacements [force]
+      real(wp), allocatable :: fx(:), fy(:)
+      !> residuals: applied minus internal forces [force]; reactions at supports
+      real(wp), allocatable :: rx(:), ry(:)
+   contains
+      procedure :: reserve, adopt, corner_displacements
+   end type motion_t
+
+contains
+
+   !> Room for n nodes; new ones are at rest.
+   subroutine reserve(self, n)
+      class(motion_t), intent(inout) :: self
+      integer, intent(in) :: n
+      call grow(self%ux, n)
+      call grow(self%uy, n)
+      call grow(self%wx, n)
+      call grow(self%wy, n)
+      call grow(self%vx, n)
+      call grow(self%vy, n)
+      call grow(self%fx, n)
+      call grow(self%fy, n)
+      call grow(self%rx, n)
+      call grow(self%ry, n)
+   end subroutine reserve
+
+   !> New nodes move as what they come from: a copy as its node, a midpoint as the mean of its ends.
+   subroutine adopt(self, changes)
+      class(motion_t), intent(inout) :: self
+      type(changes_t), intent(in) :: changes
+      integer :: i, n, a, b
+      do i = 1, changes%n_nodes
+         n = changes%node(i)
+         a = changes%parent(1, i)
+         b = changes%parent(2, i)
+         if (b == 0) b = a
+         call self%reserve(n)
+         self%ux(n) = 0.5_wp*(self%ux(a) + self%ux(b))
+         self%uy(n) = 0.5_wp*(self%uy(a) + self%uy(b))
+         self%vx(n) = 0.5_wp*(self%vx(a) + self%vx(b))
+         self%vy(n) = 0.5_wp*(self%vy(a) + self%vy(b))
+      end do
+   end subroutine adopt
+
+   !> Displacements of an element's corners [length], (2, 3).
+   pure function corner_displacements(self, mesh, element) result(u)
+      class(motion_t), intent(in) :: self
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: element
+      real(wp) :: u(2, 3)
+      u(1, :) = self%ux(mesh%connectivity(:, element))
+      u(2, :) = self%uy(mesh%connectivity(:, element))
+   end function corner_displacements
+
+end module rf_motion

@@ -1,0 +1,81 @@
+!> The pieces the body has fallen into: nodes connected through elements, not through contact.
+module rf_pieces
+   use rf_kinds, only: wp
+   use rf_mesh, only: mesh_t
+   use rf_loads, only: loads_t
+   implicit none
+   private
+   public :: pieces_t
+
+   type :: pieces_t
+      integer :: n = 0
+      !> piece of each node, numbered by the first element in the deck's order, (nodes)
+      integer, allocatable :: of_node(:)
+      !> the piece has supports; applied forces act on it, (pieces)
+      logical, allocatable :: supported(:), loaded(:)
+   contains
+      procedure :: find, look_at_loads
+   end type pieces_t
+
+contains
+
+   !> Label all nodes.
+   subroutine find(self, mesh)
+      class(pieces_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      integer, allocatable :: root(:), label(:), by_rank(:)
+      integer :: e, k, a, b, n
+      allocate (root(mesh%n_nodes), label(mesh%n_nodes), by_rank(mesh%n_elements))
+      do n = 1, mesh%n_nodes
+         root(n) = n
+      end do
+      do e = 1, mesh%n_elements
+         by_rank(mesh%element_rank(e)) = e
+         do k = 1, 2
+            a = find_root(mesh%connectivity(k, e))
+            b = find_root(mesh%connectivity(k + 1, e))
+            root(max(a, b)) = min(a, b)
+         end do
+      end do
+      label = 0
+      self%n = 0
+      do k = 1, mesh%n_elements
+         a = find_root(mesh%connectivity(1, by_rank(k)))
+         if (label(a) > 0) cycle
+         self%n = self%n + 1
+         label(a) = self%n
+      end do
+      if (allocated(self%of_node)) deallocate (self%of_node)
+      allocate (self%of_node(mesh%n_nodes))
+      do n = 1, mesh%n_nodes
+         self%of_node(n) = label(find_root(n))
+      end do
+
+   contains
+
+      integer function find_root(member) result(r)
+         integer, intent(in) :: member
+         r = member
+         do while (root(r) /= r)
+            root(r) = root(root(r))
+            r = root(r)
+         end do
+      end function find_root
+
+   end subroutine find
+
+   !> Which pieces have supports and which bear applied forces.
+   subroutine look_at_loads(self, loads)
+      class(pieces_t), intent(inout) :: self
+      type(loads_t), intent(in) :: loads
+      integer :: n, p
+      if (allocated(self%supported)) deallocate (self%supported, self%loaded)
+      allocate (self%supported(self%n), self%loaded(self%n), source=.false.)
+      do n = 1, size(self%of_node)
+         p = self%of_node(n)
+         if (loads%free_x(n) < 0.5_wp .or. loads%free_y(n) < 0.5_wp) self%supported(p) = .true.
+         if (abs(loads%px(n)) > 0 .or. abs(loads%py(n)) > 0) self%loaded(p) = .true.
+      end do
+   end subroutine look_at_loads
+
+end module rf_pieces

@@ -1,0 +1,377 @@
+!> Explicit dynamic relaxation to equilibrium (Qiu & Ding 2007, eqs. 4 to 6): central differences with fictitious mass,
+!> no global stiffness matrix. docs/timestep.md walks through one step.
+module rf_relaxation
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use rf_kinds, only: wp, i8
+   use rf_grow, only: grow
+   use rf_mesh, only: mesh_t
+   use rf_rows, only: rows_t
+   use rf_contact, only: contact_t
+   use rf_loads, only: loads_t
+   use rf_motion, only: motion_t
+   use rf_pieces, only: pieces_t
+   use rf_step_k, only: relaxation_step, block_size, n_sums, sum_curvature, sum_kinetic, sum_residual, sum_reaction
+   use rf_contact_k, only: contact_step
+   implicit none
+   private
+   public :: relaxation_t, relaxation_settings_t, reaction
+   public :: damping_adaptive, damping_kinetic, damping_local, damping_viscous
+   public :: relaxed, relaxed_roughly, relaxation_failed, relaxation_mechanism, relaxation_not_finite
+
+   !> kinds of damping
+   integer, parameter :: damping_adaptive = 1, damping_kinetic = 2, damping_local = 3, damping_viscous = 4
+   !> outcomes: within tolerance; within 100 x tolerance at the iteration limit; above that; a loaded piece ran away;
+   !> a sum is not finite
+   integer, parameter :: relaxed = 0, relaxed_roughly = 1, relaxation_failed = 2, relaxation_mechanism = 3, &
+      relaxation_not_finite = 4
+   !> a state at the iteration limit is still taken within this multiple of the tolerance
+   real(wp), parameter :: rough_factor = 100.0_wp
+   !> largest damping coefficient [-]
+   real(wp), parameter :: largest_damping = 1.9_wp
+   !> velocity that loose pieces keep in a step
+   real(wp), parameter :: loose_keep = 0.8_wp
+   !> part of the largest scale of any converged state that the scale never falls below
+   real(wp), parameter :: scale_memory = 0.02_wp
+   !> contact impulses stand when they change by less, relative to the largest; and in units of the tolerance
+   real(wp), parameter :: contact_tolerance = 1.0e-6_wp, contact_fraction = 0.01_wp
+   !> movement, in mean edge lengths, from which a piece that does not come to rest is a mechanism
+   real(wp), parameter :: mechanism_movement = 0.2_wp
+   !> residual, in units of the tolerance, down to which VISCOUS damping looks for the lowest frequency
+   real(wp), parameter :: viscous_look = 10.0_wp
+   !> weight of the newest Rayleigh quotient in that search
+   real(wp), parameter :: viscous_smoothing = 0.02_wp
+
+   type :: relaxation_settings_t
+      !> residual relative to the scale of forces for states that are recorded, and for those that choose an event
+      real(wp) :: tolerance = 1.0e-6_wp, event_tolerance = 1.0e-6_wp
+      integer :: max_iterations = 100000
+      !> go on with a state that is still above 100 x tolerance at the limit
+      logical :: continue_anyway = .false.
+      integer :: damping = damping_adaptive
+      !> LOCAL: FLAC's alpha; VISCOUS: fraction of critical
+      real(wp) :: factor = 1
+   end type relaxation_settings_t
+
+   type :: relaxation_t
+      type(relaxation_settings_t) :: settings
+      !> of the last relaxation: steps, |r|/scale, outcome
+      integer :: iterations = 0, outcome = relaxed
+      real(wp) :: residual = 0
+      !> factor of r/m in the last step: contact force = impulse/b
+      real(wp) :: b = 0.5_wp
+      !> piece that ran away, node that is not finite
+      integer :: piece = 0, node = 0
+      !> largest scale of a converged state [force]
+      real(wp) :: largest_scale = 0
+      !> element updates so far and the time they took [s]
+      real(wp) :: element_updates = 0, seconds = 0
+      !> damping coefficient of VISCOUS once known [-]
+      real(wp), private :: viscous = -1
+      real(wp), allocatable, private :: counted(:), measured(:), keep(:), partial(:, :)
+      logical, allocatable, private :: special(:)
+      !> velocities of this step and of the last one, (node, step, direction); KINETIC damping only
+      real(wp), allocatable, private :: velocity(:, :, :)
+   contains
+      procedure :: equilibrate
+      procedure, private :: prepare_masks, step, sum_up, next_damping, judge_failure, return_to_peak, keep_velocities
+   end type relaxation_t
+
+contains
+
+   !> Relax to equilibrium at the present loads, starting from the present displacements at rest.
+   subroutine equilibrate(self, mesh, rows, contact, loads, pieces, motion, tolerance)
+      class(relaxation_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(rows_t), intent(in) :: rows
+      type(contact_t), intent(inout) :: contact
+      type(loads_t), intent(in) :: loads
+      type(pieces_t), intent(inout) :: pieces
+      type(motion_t), intent(inout) :: motion
+      !> residual relative to the scale of forces at which the state is taken [-]
+      real(wp), intent(in) :: tolerance
+      real(wp) :: sums(n_sums), applied, scale, c, lowest, kinetic_before
+      integer(i8) :: ticks(2), rate
+      real(wp), allocatable :: start_x(:), start_y(:)
+      logical :: at_rest
+
+      call system_clock(ticks(1), rate)
+      call pieces%look_at_loads(loads)
+      call self%prepare_masks(mesh, rows, contact, loads, pieces, motion)
+      call contact%weigh(rows%inverse_mass, loads%free_x, loads%free_y)
+      start_x = motion%ux(:mesh%n_nodes)
+      start_y = motion%uy(:mesh%n_nodes)
+      applied = sqrt(dot_product(loads%px(:mesh%n_nodes), loads%px(:mesh%n_nodes)) &
+                     + dot_product(loads%py(:mesh%n_nodes), loads%py(:mesh%n_nodes)))
+      c = 0
+      lowest = 0
+      kinetic_before = 0
+      at_rest = .true.
+      self%iterations = 0
+      do
+         if (self%settings%damping == damping_kinetic) call self%keep_velocities(motion, mesh%n_nodes)
+         call self%step(mesh, rows, contact, loads, motion, c, at_rest, tolerance)
+         call self%sum_up(rows, contact, sums)
+         if (.not. ieee_is_finite(sum(sums))) exit
+         scale = max(applied, sqrt(sums(sum_reaction)), scale_memory*self%largest_scale)
+         if (sqrt(sums(sum_residual)) <= tolerance*scale) exit
+         if (self%iterations >= self%settings%max_iterations) exit
+         call self%next_damping(sums, sqrt(sums(sum_residual)) > viscous_look*tolerance*scale, lowest, c)
+         at_rest = self%settings%damping == damping_kinetic .and. sums(sum_kinetic) < kinetic_before
+         kinetic_before = sums(sum_kinetic)
+         self%iterations = self%iterations + 1
+         if (at_rest) then
+            call self%return_to_peak(motion, mesh%n_nodes)
+            kinetic_before = 0
+            cycle
+         end if
+         call swap(motion%ux, motion%wx)
+         call swap(motion%uy, motion%wy)
+      end do
+      call system_clock(ticks(2))
+      self%seconds = self%seconds + real(ticks(2) - ticks(1), wp)/real(rate, wp)
+      self%element_updates = self%element_updates + real(self%iterations + 1, wp)*mesh%n_elements
+      call self%judge_failure(mesh, loads, pieces, motion, sums, scale, tolerance, start_x, start_y)
+   end subroutine equilibrate
+
+   !> One step: forces and update of all nodes, then contact.
+   subroutine step(self, mesh, rows, contact, loads, motion, c, at_rest, tolerance)
+      class(relaxation_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(rows_t), intent(in) :: rows
+      type(contact_t), intent(inout) :: contact
+      type(loads_t), intent(in) :: loads
+      type(motion_t), intent(inout) :: motion
+      !> damping coefficient [-]; the step starts from rest
+      real(wp), intent(in) :: c
+      logical, intent(in) :: at_rest
+      real(wp), intent(in) :: tolerance
+      real(wp) :: a, b, local
+      local = 0
+      a = (2 - c)/(2 + c)
+      b = 2/(2 + c)
+      if (self%settings%damping == damping_local) then    ! stable with twice the mass only
+         local = self%settings%factor
+         b = 0.5_wp*b
+      end if
+      if (at_rest) then
+         a = 0
+         b = merge(0.25_wp, 0.5_wp, self%settings%damping == damping_local)
+      end if
+      self%b = b
+      call relaxation_step(mesh%n_nodes, rows%n_blocks, rows%first, rows%count, rows%depth, self%special, rows%jag, &
+                           rows%order, rows%column, rows%kxx, rows%kxy, rows%kyx, rows%kyy, a, b, local, &
+                           motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, motion%fx, motion%fy, &
+                           loads%px, loads%py, rows%inverse_mass, loads%free_x, loads%free_y, self%counted, self%measured, &
+                           self%keep, motion%rx, motion%ry, self%partial)
+      if (contact%n_pairs == 0) return
+      call contact_step(contact%n_groups, contact%group_pair, contact%group_node, contact%node, contact%pair_node, &
+                        contact%normal, contact%normal_weight, contact%tangent_weight, contact%friction, &
+                        contact%cohesive_force, contact%slip_reference, min(contact_tolerance, contact_fraction*tolerance), &
+                        b, self%counted, rows%inverse_mass, loads%free_x, loads%free_y, motion%ux, motion%uy, &
+                        motion%wx, motion%wy, motion%vx, motion%vy, motion%rx, motion%ry, contact%impulse, contact%force, &
+                        contact%partial)
+   end subroutine step
+
+   !> KINETIC damping: the kinetic energy fell in this step, so it peaked in the middle of the last one; start again
+   !> from the displacements there, at rest (Cundall 1976). Without going back, a mode of six steps' period would
+   !> come back to the same place for ever.
+   subroutine return_to_peak(self, motion, n)
+      class(relaxation_t), intent(in) :: self
+      type(motion_t), intent(inout) :: motion
+      !> nodes
+      integer, intent(in) :: n
+      motion%ux(:n) = motion%ux(:n) - (self%velocity(:n, 1, 1) + 0.5_wp*self%velocity(:n, 2, 1))
+      motion%uy(:n) = motion%uy(:n) - (self%velocity(:n, 1, 2) + 0.5_wp*self%velocity(:n, 2, 2))
+      motion%vx(:n) = 0
+      motion%vy(:n) = 0
+   end subroutine return_to_peak
+
+   !> KINETIC damping: keep the velocities of this step and of the last one.
+   subroutine keep_velocities(self, motion, n)
+      class(relaxation_t), intent(inout) :: self
+      type(motion_t), intent(in) :: motion
+      !> nodes
+      integer, intent(in) :: n
+      if (allocated(self%velocity)) then
+         if (size(self%velocity, 1) /= n) deallocate (self%velocity)
+      end if
+      if (.not. allocated(self%velocity)) allocate (self%velocity(n, 2, 2), source=0.0_wp)
+      self%velocity(:, 2, :) = self%velocity(:, 1, :)
+      self%velocity(:, 1, 1) = motion%vx(:n)
+      self%velocity(:, 1, 2) = motion%vy(:n)
+   end subroutine keep_velocities
+
+   !> Sums over blocks and contact groups, in their order.
+   subroutine sum_up(self, rows, contact, sums)
+      class(relaxation_t), intent(in) :: self
+      type(rows_t), intent(in) :: rows
+      type(contact_t), intent(in) :: contact
+      real(wp), intent(out) :: sums(n_sums)
+      integer :: b, g
+      sums = 0
+      do b = 1, rows%n_blocks
+         sums = sums + self%partial(:, b)
+      end do
+      do g = 1, contact%n_groups
+         sums(sum_residual) = sums(sum_residual) + contact%partial(1, g)
+         sums(sum_reaction) = sums(sum_reaction) + contact%partial(2, g)
+      end do
+   end subroutine sum_up
+
+   !> Damping coefficient of the next step (theory: eqs. 9 and 10).
+   subroutine next_damping(self, sums, far, lowest, c)
+      class(relaxation_t), intent(inout) :: self
+      real(wp), intent(in) :: sums(n_sums)
+      !> the residual is still far above the tolerance
+      logical, intent(in) :: far
+      !> Rayleigh quotient of this relaxation's slow motion, smoothed over the steps [-]
+      real(wp), intent(inout) :: lowest
+      real(wp), intent(inout) :: c
+      real(wp) :: quotient
+      quotient = 0
+      if (sums(sum_kinetic) > 0) quotient = max(0.0_wp, sums(sum_curvature)/sums(sum_kinetic))
+      select case (self%settings%damping)
+      case (damping_adaptive)
+         c = min(largest_damping, 2*sqrt(quotient))
+      case (damping_viscous)
+         ! adaptive until the residual has come down, then the fraction of critical of the slow motion that is left
+         if (self%viscous < 0) then
+            c = min(largest_damping, 2*sqrt(quotient))
+            lowest = lowest + viscous_smoothing*(quotient - lowest)
+            if (.not. far) self%viscous = min(largest_damping, self%settings%factor*2*sqrt(lowest))
+         else
+            c = self%viscous
+         end if
+      case default
+         c = 0
+      end select
+   end subroutine next_damping
+
+   !> What the kernel must know of each node: supports, contact, loose pieces. Prescribed displacements are set.
+   subroutine prepare_masks(self, mesh, rows, contact, loads, pieces, motion)
+      class(relaxation_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(rows_t), intent(in) :: rows
+      type(contact_t), intent(in) :: contact
+      type(loads_t), intent(in) :: loads
+      type(pieces_t), intent(in) :: pieces
+      type(motion_t), intent(inout) :: motion
+      integer :: n, b
+      logical :: loose
+      call motion%reserve(mesh%n_nodes)
+      call grow(self%counted, mesh%n_nodes)
+      call grow(self%measured, mesh%n_nodes)
+      call grow(self%keep, mesh%n_nodes)
+      call grow(self%partial, rows%n_blocks, n_sums)
+      call grow(self%special, rows%n_blocks)
+      self%special = self%settings%damping == damping_local
+      do n = 1, mesh%n_nodes
+         b = (n - 1)/block_size + 1
+         loose = .not. (pieces%supported(pieces%of_node(n)) .or. pieces%loaded(pieces%of_node(n)))
+         self%counted(n) = merge(0.0_wp, 1.0_wp, loose)
+         self%measured(n) = self%counted(n)
+         self%keep(n) = merge(loose_keep, 1.0_wp, loose)
+         motion%vx(n) = 0
+         motion%vy(n) = 0
+         if (loads%is_held(1, n)) motion%ux(n) = loads%cx(n)
+         if (loads%is_held(2, n)) motion%uy(n) = loads%cy(n)
+         if (loose .or. loads%is_held(1, n) .or. loads%is_held(2, n)) self%special(b) = .true.
+      end do
+      do n = 1, contact%n_nodes
+         self%measured(contact%node(n)) = 0
+         self%special((contact%node(n) - 1)/block_size + 1) = .true.
+      end do
+   end subroutine prepare_masks
+
+   !> Decide how the relaxation ended.
+   subroutine judge_failure(self, mesh, loads, pieces, motion, sums, scale, tolerance, start_x, start_y)
+      class(relaxation_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(loads_t), intent(in) :: loads
+      type(pieces_t), intent(in) :: pieces
+      type(motion_t), intent(in) :: motion
+      real(wp), intent(in) :: sums(n_sums), scale, tolerance
+      !> displacements at the start [length], (nodes)
+      real(wp), intent(in) :: start_x(:), start_y(:)
+      integer :: n
+      self%piece = 0
+      self%node = 0
+      if (.not. ieee_is_finite(sum(sums))) then
+         self%outcome = relaxation_not_finite
+         self%residual = 0
+         do n = 1, mesh%n_nodes
+            if (ieee_is_finite(motion%fx(n) + motion%fy(n) + motion%vx(n) + motion%vy(n))) cycle
+            self%node = n
+            return
+         end do
+         return
+      end if
+      self%residual = 0
+      if (scale > 0) self%residual = sqrt(sums(sum_residual))/scale
+      if (self%residual <= tolerance) then
+         self%outcome = relaxed
+         self%largest_scale = max(self%largest_scale, scale)
+         return
+      end if
+      self%outcome = relaxation_failed
+      if (self%residual <= rough_factor*tolerance) self%outcome = relaxed_roughly
+      self%piece = runaway_piece(mesh, loads, pieces, motion, start_x, start_y)
+      if (self%piece > 0) self%outcome = relaxation_mechanism
+   end subroutine judge_failure
+
+   !> The first piece that loads or supports drive, that no support holds, and that has moved far; 0 if there is none.
+   integer function runaway_piece(mesh, loads, pieces, motion, start_x, start_y) result(piece)
+      type(mesh_t), intent(in) :: mesh
+      type(loads_t), intent(in) :: loads
+      type(pieces_t), intent(in) :: pieces
+      type(motion_t), intent(in) :: motion
+      real(wp), intent(in) :: start_x(:), start_y(:)
+      real(wp), allocatable :: movement(:, :)
+      integer, allocatable :: nodes(:), held(:)
+      integer :: n, p
+      allocate (movement(2, pieces%n), source=0.0_wp)
+      allocate (nodes(pieces%n), held(pieces%n), source=0)
+      do n = 1, mesh%n_nodes
+         p = pieces%of_node(n)
+         nodes(p) = nodes(p) + 1
+         if (loads%is_held(1, n)) held(p) = held(p) + 1
+         if (loads%is_held(2, n)) held(p) = held(p) + 1
+         movement(:, p) = movement(:, p) + [motion%ux(n) - start_x(n), motion%uy(n) - start_y(n)]
+      end do
+      do piece = 1, pieces%n
+         if (held(piece) >= 3) cycle                      ! fewer leave a rigid motion free
+         if (.not. (pieces%loaded(piece) .or. pieces%supported(piece))) cycle
+         if (norm2(movement(:, piece)) > mechanism_movement*mesh%mean_edge*nodes(piece)) return
+      end do
+      piece = 0
+   end function runaway_piece
+
+   !> Force of the supports on the body at the present state [force], (2, nodes); zero at free directions.
+   subroutine reaction(mesh, contact, loads, motion, force)
+      type(mesh_t), intent(in) :: mesh
+      type(contact_t), intent(in) :: contact
+      type(loads_t), intent(in) :: loads
+      type(motion_t), intent(in) :: motion
+      real(wp), allocatable, intent(inout) :: force(:, :)
+      integer :: n, c
+      call grow(force, mesh%n_nodes, 2)
+      do n = 1, mesh%n_nodes
+         force(1, n) = (1 - loads%free_x(n))*(motion%fx(n) - loads%px(n))
+         force(2, n) = (1 - loads%free_y(n))*(motion%fy(n) - loads%py(n))
+      end do
+      do c = 1, contact%n_nodes
+         n = contact%node(c)
+         force(1, n) = force(1, n) - (1 - loads%free_x(n))*contact%force(1, c)
+         force(2, n) = force(2, n) - (1 - loads%free_y(n))*contact%force(2, c)
+      end do
+   end subroutine reaction
+
+   subroutine swap(a, b)
+      real(wp), allocatable, intent(inout) :: a(:), b(:)
+      real(wp), allocatable :: keep(:)
+      call move_alloc(a, keep)
+      call move_alloc(b, a)
+      call move_alloc(keep, b)
+   end subroutine swap
+
+end module rf_relaxation

@@ -1,0 +1,277 @@
+!> Node rows: the triangles turned into the paper's equation (4), f_i = sum_j K_ij (u_j - u_i), in blocks of nodes
+!> whose rows lie as jagged diagonals (rf_step_k). A split rebuilds the blocks of the nodes it touched, nothing else.
+module rf_rows
+   use rf_kinds, only: wp, i8
+   use rf_grow, only: grow
+   use rf_sort, only: sorted_order
+   use rf_mesh, only: mesh_t
+   use rf_topology, only: changes_t, elements_around, corner_of, next_corner, previous_corner
+   use rf_material, only: material_t
+   use rf_cst, only: gradients, stiffness_block
+   use rf_step_k, only: block_size
+   implicit none
+   private
+   public :: rows_t
+
+   !> safety of the fictitious mass over the Gershgorin bound of stability for dt = 1: m >= g/4
+   real(wp), parameter :: mass_factor = 1.05_wp/4.0_wp
+   !> room for entries that a block gets when it must move
+   real(wp), parameter :: block_margin = 1.25_wp
+
+   type :: rows_t
+      integer :: n_blocks = 0
+      !> first node, nodes and largest number of neighbours of each block
+      integer, allocatable :: first(:), count(:), depth(:)
+      !> first entry of each diagonal of each block, (depth + 1, block)
+      integer, allocatable :: jag(:, :)
+      !> node of each slot, (nodes)
+      integer, allocatable :: order(:)
+      !> neighbour of each entry; its stiffness [force/length]
+      integer, allocatable :: column(:)
+      real(wp), allocatable :: kxx(:), kxy(:), kyx(:), kyy(:)
+      !> largest of the node's two Gershgorin row sums, summed over its elements [force/length], (nodes)
+      real(wp), allocatable :: row_sum(:)
+      !> 1/m of the fictitious mass m that makes every node just stable for dt = 1, (nodes)
+      real(wp), allocatable :: inverse_mass(:)
+      !> place and room of each block among the entries
+      integer, allocatable, private :: start(:), room(:)
+      integer, private :: n_entries = 0
+   contains
+      procedure :: build, update
+      procedure, private :: build_block, place_block, size_blocks
+   end type rows_t
+
+   !> rows of one block before they are laid out: neighbours of slot k are entries (k - 1) width + 1 ...
+   type :: draft_t
+      integer :: valence(block_size) = 0
+      integer, allocatable :: column(:, :)
+      real(wp), allocatable :: k(:, :, :)
+   end type draft_t
+
+contains
+
+   !> Rows of all nodes.
+   subroutine build(self, mesh, material)
+      class(rows_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      integer :: b, n
+      self%n_blocks = 0
+      self%n_entries = 0
+      call self%size_blocks(mesh%n_nodes)
+      n = 3*mesh%n_elements + count(mesh%neighbour(:, :mesh%n_elements) == 0)     ! two entries an edge
+      call grow(self%column, n)
+      call grow(self%kxx, n)
+      call grow(self%kxy, n)
+      call grow(self%kyx, n)
+      call grow(self%kyy, n)
+      do b = 1, self%n_blocks
+         call self%build_block(mesh, material, b)
+      end do
+   end subroutine build
+
+   !> Rebuild the blocks of all nodes of changed elements.
+   subroutine update(self, mesh, material, changes)
+      class(rows_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      type(changes_t), intent(in) :: changes
+      logical, allocatable :: touched(:)
+      integer :: i, k, b
+      call self%size_blocks(mesh%n_nodes)
+      allocate (touched(self%n_blocks), source=.false.)
+      do i = 1, changes%n_elements
+         do k = 1, 3
+            touched((mesh%connectivity(k, changes%element(i)) - 1)/block_size + 1) = .true.
+         end do
+      end do
+      do b = 1, self%n_blocks
+         if (touched(b)) call self%build_block(mesh, material, b)
+      end do
+   end subroutine update
+
+   !> Divide the nodes into blocks of consecutive numbers; new nodes fill the last block, then start new ones.
+   subroutine size_blocks(self, n_nodes)
+      class(rows_t), intent(inout) :: self
+      integer, intent(in) :: n_nodes
+      integer :: b, n
+      n = (n_nodes - 1)/block_size + 1
+      call grow(self%first, n)
+      call grow(self%count, n)
+      call grow(self%depth, n)
+      call grow(self%start, n)
+      call grow(self%room, n)
+      call grow(self%jag, n, 12)
+      call grow(self%order, n_nodes)
+      call grow(self%row_sum, n_nodes)
+      call grow(self%inverse_mass, n_nodes)
+      do b = max(1, self%n_blocks), n
+         if (b > self%n_blocks) then
+            self%first(b) = (b - 1)*block_size + 1
+            self%depth(b) = 0
+            self%room(b) = 0
+         end if
+         self%count(b) = min(block_size, n_nodes - self%first(b) + 1)
+      end do
+      self%n_blocks = n
+   end subroutine size_blocks
+
+   !> Rows of one block from the elements round its nodes.
+   subroutine build_block(self, mesh, material, block)
+      class(rows_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      integer, intent(in) :: block
+      type(draft_t) :: draft
+      integer, allocatable :: around(:)
+      integer :: k, n, node, i
+      real(wp) :: sums(2)
+      allocate (draft%column(8, block_size), draft%k(4, 8, block_size))
+      do k = 1, self%count(block)
+         node = self%first(block) + k - 1
+         sums = 0
+         call elements_around(mesh, node, around, n)
+         do i = 1, n
+            call add_element(draft, k, mesh, material, around(i), node, sums)
+         end do
+         call sort_row(draft, k)
+         self%row_sum(node) = maxval(sums)
+         self%inverse_mass(node) = 1/(mass_factor*self%row_sum(node))
+      end do
+      call self%place_block(block, draft)
+   end subroutine build_block
+
+   !> Add an element's stiffness to the row of one of its nodes.
+   subroutine add_element(draft, slot, mesh, material, element, node, sums)
+      type(draft_t), intent(inout) :: draft
+      integer, intent(in) :: slot
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      integer, intent(in) :: element, node
+      !> Gershgorin sums of the node's two directions
+      real(wp), intent(inout) :: sums(2)
+      real(wp) :: g(2, 3), area, factor, k(2, 2), own(2, 2)
+      integer :: c, other, s
+      call gradients(mesh%x(:, mesh%connectivity(:, element)), g, area)
+      c = corner_of(mesh, element, node)
+      s = mesh%section(element)
+      factor = area*material%section(s)%thickness*material%stiffness_factor(element)
+      own = 0
+      do other = 1, 3
+         if (other == c) cycle
+         k = factor*stiffness_block(material%section(s)%law, g(:, c), g(:, other))
+         own = own - k
+         sums = sums + abs(k(:, 1)) + abs(k(:, 2))
+         call add_entry(draft, slot, mesh%connectivity(other, element), k)
+      end do
+      sums = sums + abs(own(:, 1)) + abs(own(:, 2))
+   end subroutine add_element
+
+   !> Add a stiffness to the entry of a neighbour, new or known.
+   subroutine add_entry(draft, slot, column, k)
+      type(draft_t), intent(inout) :: draft
+      integer, intent(in) :: slot, column
+      real(wp), intent(in) :: k(2, 2)
+      integer :: i, n
+      n = draft%valence(slot)
+      do i = 1, n
+         if (draft%column(i, slot) == column) exit
+      end do
+      if (i > n) then
+         if (i > size(draft%column, 1)) call widen(draft, 2*i)
+         draft%valence(slot) = i
+         draft%column(i, slot) = column
+         draft%k(:, i, slot) = 0
+      end if
+      draft%k(:, i, slot) = draft%k(:, i, slot) + [k(1, 1), k(1, 2), k(2, 1), k(2, 2)]
+   end subroutine add_entry
+
+   !> Room for more neighbours in every row of the draft.
+   subroutine widen(draft, width)
+      type(draft_t), intent(inout) :: draft
+      integer, intent(in) :: width
+      integer, allocatable :: column(:, :)
+      real(wp), allocatable :: k(:, :, :)
+      integer :: old
+      old = size(draft%column, 1)
+      allocate (column(width, block_size), k(4, width, block_size))
+      column(:old, :) = draft%column
+      k(:, :old, :) = draft%k
+      call move_alloc(column, draft%column)
+      call move_alloc(k, draft%k)
+   end subroutine widen
+
+   !> Neighbours in ascending order: the row does not depend on where a walk round the node began.
+   subroutine sort_row(draft, slot)
+      type(draft_t), intent(inout) :: draft
+      integer, intent(in) :: slot
+      integer :: i, j, column
+      real(wp) :: k(4)
+      do i = 2, draft%valence(slot)
+         column = draft%column(i, slot)
+         k = draft%k(:, i, slot)
+         do j = i - 1, 1, -1
+            if (draft%column(j, slot) <= column) exit
+            draft%column(j + 1, slot) = draft%column(j, slot)
+            draft%k(:, j + 1, slot) = draft%k(:, j, slot)
+         end do
+         draft%column(j + 1, slot) = column
+         draft%k(:, j + 1, slot) = k
+      end do
+   end subroutine sort_row
+
+   !> Lay a block's rows out as jagged diagonals.
+   subroutine place_block(self, block, draft)
+      class(rows_t), intent(inout) :: self
+      integer, intent(in) :: block
+      type(draft_t), intent(in) :: draft
+      integer, allocatable :: slot_of(:), wide(:, :)
+      integer :: n, d, k, p, base
+      n = self%count(block)
+      base = self%first(block)
+      allocate (slot_of, source=sorted_order(-int(draft%valence(:n), i8)))
+      self%order(base:base + n - 1) = base - 1 + slot_of
+      self%depth(block) = maxval(draft%valence(:n))
+      if (self%depth(block) + 1 > size(self%jag, 1)) then
+         allocate (wide(2*self%depth(block), size(self%jag, 2)), source=0)
+         wide(:size(self%jag, 1), :) = self%jag
+         call move_alloc(wide, self%jag)
+      end if
+      call reserve(sum(draft%valence(:n)))
+      p = self%start(block)
+      do d = 1, self%depth(block)
+         self%jag(d, block) = p
+         do k = 1, n
+            if (draft%valence(slot_of(k)) < d) exit
+            self%column(p) = draft%column(d, slot_of(k))
+            self%kxx(p) = draft%k(1, d, slot_of(k))
+            self%kxy(p) = draft%k(2, d, slot_of(k))
+            self%kyx(p) = draft%k(3, d, slot_of(k))
+            self%kyy(p) = draft%k(4, d, slot_of(k))
+            p = p + 1
+         end do
+      end do
+      self%jag(self%depth(block) + 1, block) = p
+
+   contains
+
+      !> A block whose entries no longer fit moves to the end of the storage, with a margin.
+      subroutine reserve(entries)
+         integer, intent(in) :: entries
+         integer :: needed
+         if (entries <= self%room(block)) return
+         needed = entries
+         if (self%room(block) > 0) needed = int(block_margin*entries)
+         self%start(block) = self%n_entries + 1
+         self%room(block) = needed
+         self%n_entries = self%n_entries + needed
+         call grow(self%column, self%n_entries)
+         call grow(self%kxx, self%n_entries)
+         call grow(self%kxy, self%n_entries)
+         call grow(self%kyx, self%n_entries)
+         call grow(self%kyy, self%n_entries)
+      end subroutine reserve
+
+   end subroutine place_block
+
+end module rf_rows
