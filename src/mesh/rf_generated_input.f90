@@ -62,7 +62,7 @@ contains
                          about='how the cells are cut')
       call card%get_real('JITTER', order%jitter, default=merge(staggered_jitter, 0.0_wp, order%pattern == 'STAGGERED'), &
                          at_least=0.0_wp, at_most=largest_jitter, shown='0.15 for STAGGERED, else 0', &
-                         about='how far inner nodes are moved at random, at most, in shortest edges')
+                         about='how far inner nodes are moved at random, at most, as a part of a cell''s shorter side')
       call card%get_integer('SEED', order%seed, default=1, about='of the random moves')
       if (.not. card%needs_line('x0, y0, width, height, nx, ny')) return
       call card%field_real('x0', order%corner(1), unit='length', about='lower left corner')
