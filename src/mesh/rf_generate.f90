@@ -14,6 +14,8 @@ module rf_generate
 
    !> bits of a node's sides
    integer, parameter :: side_left = 0, side_right = 1, side_bottom = 2, side_top = 3
+   !> more cells in a row count as so many: that is more than a mesh can have, and products of counts stay in 64 bits
+   integer, parameter :: most_cells = 1000000000
    !> from half a side on neighbours could change places
    real(wp), parameter :: largest_jitter = 0.5_wp
    !> a triangle keeps at least this part of its area: nodes of one that would lose more are moved half as far
@@ -39,7 +41,7 @@ contains
       !> nodes and elements that the mesh has
       integer(i8), intent(out) :: n_nodes, n_elements
       integer(i8) :: columns, rows
-      columns = nx; rows = ny
+      columns = min(nx, most_cells); rows = min(ny, most_cells)
       if (pattern == 'STAGGERED') call staggered_counts(width, height, nx, ny, columns, rows)
       n_nodes = (columns + 1)*(rows + 1)
       n_elements = 2*columns*rows
@@ -101,8 +103,8 @@ contains
       integer(i8), intent(out) :: columns, rows
       real(wp) :: side
       side = min(sqrt(width/nx)*sqrt(height/ny), width, height)
-      columns = max(1_i8, nint(width/side, i8))
-      rows = 2*max(1_i8, nint(height/(2*equilateral_height*side), i8))
+      columns = max(1, nint(min(width/side, real(most_cells, wp))))
+      rows = 2*max(1, nint(min(height/(2*equilateral_height*side), 0.5_wp*most_cells)))
    end subroutine staggered_counts
 
    !> Shorter side of a cell, or of the staggered lattice's triangle.

@@ -189,10 +189,13 @@ contains
 
    !> The node arrays of the mesh.
    subroutine fill_nodes(raw, node_id, kept, order, mesh)
+      !> the deck's mesh
       type(raw_mesh_t), intent(in) :: raw
+      !> ids of the node entries
       integer, intent(in) :: node_id(:)
       !> entries that stay, in deck order; their numbers 1, 2, ... in the new sequence
       integer, intent(in) :: kept(:), order(:)
+      !> the mesh
       type(mesh_t), intent(inout) :: mesh
       integer :: n, i
       n = size(kept)
@@ -210,12 +213,15 @@ contains
 
    !> The element arrays of the mesh.
    subroutine fill_elements(raw, element_id, kept, order, node_place, mesh)
+      !> the deck's mesh
       type(raw_mesh_t), intent(in) :: raw
+      !> ids of the element entries
       integer, intent(in) :: element_id(:)
       !> entries that stay, in deck order; their numbers 1, 2, ... in the new sequence
       integer, intent(in) :: kept(:), order(:)
       !> place of each node entry in the mesh
       integer, intent(in) :: node_place(:)
+      !> the mesh
       type(mesh_t), intent(inout) :: mesh
       integer :: n, i
       n = size(kept)
@@ -233,6 +239,7 @@ contains
 
    !> Size of the model and mean length of the elements' sides.
    pure subroutine measure(mesh)
+      !> the mesh
       type(mesh_t), intent(inout) :: mesh
       real(wp) :: low(2), high(2), total
       integer :: e, k

@@ -24,6 +24,7 @@ contains
 
    !> Read all blocks of `*NSET` or `*ELSET`.
    subroutine read_sets(deck, keyword, catalogue, x, present_entries, size_of_model)
+      !> the deck
       type(deck_t), intent(inout) :: deck
       !> NSET or ELSET: also the parameter with the name
       character(len=*), intent(in) :: keyword
@@ -58,6 +59,7 @@ contains
 
    !> A name that reads as a number could not be told from an id.
    subroutine check_name(card, name)
+      !> the block being read
       type(card_t), intent(inout) :: card
       !> of the set
       character(len=*), intent(in) :: name
@@ -69,6 +71,7 @@ contains
 
    !> Which of the forms a block has.
    subroutine get_manner(card, noun, manner)
+      !> the block being read
       type(card_t), intent(inout) :: card
       !> node or element
       character(len=*), intent(in) :: noun
@@ -91,7 +94,9 @@ contains
    !> Ids and names of sets, as many on a line as the user likes. Ids that are not defined are left out with a warning, as
    !> CalculiX does: tools that drop the line elements of an export leave their sets behind.
    subroutine read_list(card, catalogue, set)
+      !> the block being read
       type(card_t), intent(inout) :: card
+      !> ids and sets, of nodes or elements
       type(catalogue_t), intent(inout) :: catalogue
       !> the set they belong to
       integer, intent(in) :: set
@@ -127,7 +132,9 @@ contains
 
    !> First, last and step of ids.
    subroutine read_steps(card, catalogue, set)
+      !> the block being read
       type(card_t), intent(inout) :: card
+      !> ids and sets, of nodes or elements
       type(catalogue_t), intent(inout) :: catalogue
       !> the set they belong to
       integer, intent(in) :: set
@@ -154,6 +161,7 @@ contains
 
    !> Add all entries whose id is first, first + step, ... up to last.
    subroutine run_of_ids(catalogue, set, first, last, step, n, missing)
+      !> ids and sets, of nodes or elements
       type(catalogue_t), intent(inout) :: catalogue
       !> the set they belong to
       integer, intent(in) :: set
@@ -185,11 +193,15 @@ contains
 
    !> Boxes.
    subroutine read_boxes(card, catalogue, set, x, present_entries, margin)
+      !> the block being read
       type(card_t), intent(inout) :: card
+      !> ids and sets, of nodes or elements
       type(catalogue_t), intent(inout) :: catalogue
       !> the set
       integer, intent(in) :: set
+      !> places of the entries [length]
       real(wp), intent(in) :: x(:, :)
+      !> the entry will be in the mesh
       logical, intent(in) :: present_entries(:)
       !> [length]
       real(wp), intent(in) :: margin
@@ -217,11 +229,15 @@ contains
 
    !> Rings and circles.
    subroutine read_rings(card, catalogue, set, x, present_entries, margin)
+      !> the block being read
       type(card_t), intent(inout) :: card
+      !> ids and sets, of nodes or elements
       type(catalogue_t), intent(inout) :: catalogue
       !> the set
       integer, intent(in) :: set
+      !> places of the entries [length]
       real(wp), intent(in) :: x(:, :)
+      !> the entry will be in the mesh
       logical, intent(in) :: present_entries(:)
       !> [length]
       real(wp), intent(in) :: margin
@@ -249,11 +265,15 @@ contains
 
    !> The nearest of all to each point.
    subroutine read_nearest(card, catalogue, set, x, present_entries, margin)
+      !> the block being read
       type(card_t), intent(inout) :: card
+      !> ids and sets, of nodes or elements
       type(catalogue_t), intent(inout) :: catalogue
       !> the set
       integer, intent(in) :: set
+      !> places of the entries [length]
       real(wp), intent(in) :: x(:, :)
+      !> the entry will be in the mesh
       logical, intent(in) :: present_entries(:)
       !> [length]
       real(wp), intent(in) :: margin
@@ -274,11 +294,15 @@ contains
 
    !> A place without any member: most likely a slip, so the error says where the model is.
    subroutine nothing_there(card, catalogue, what, x, present_entries)
+      !> the block being read
       type(card_t), intent(inout) :: card
+      !> ids and sets, of nodes or elements
       type(catalogue_t), intent(in) :: catalogue
       !> 'the box'
       character(len=*), intent(in) :: what
+      !> places of the entries [length]
       real(wp), intent(in) :: x(:, :)
+      !> the entry will be in the mesh
       logical, intent(in) :: present_entries(:)
       character(len=:), allocatable :: text
       if (card%line_failed .or. card%describing() .or. .not. any(present_entries)) return
@@ -290,6 +314,7 @@ contains
 
    !> 'a to b'
    pure function range_of(values, counts) result(text)
+      !> any numbers
       real(wp), intent(in) :: values(:)
       !> values that count
       logical, intent(in) :: counts(:)
