@@ -85,6 +85,7 @@ contains
          this%series(i)%name = group//'/'//columns(i)%name
          this%series(i)%element = columns(i)%kind
          this%series(i)%text_length = text_length
+         this%series(i)%held = .true.
          call this%series(i)%create(file, chunk_rows, .false., error)
          if (allocated(error)) return
       end do
