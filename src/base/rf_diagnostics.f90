@@ -2,10 +2,10 @@
 module rf_diagnostics
    use, intrinsic :: iso_fortran_env, only: error_unit
    use rf_grow, only: grown_capacity
-   use rf_text, only: to_text
+   use rf_text, only: to_text, same_text
    implicit none
    private
-   public :: place_t, diagnostics_t, message_t, is_error, is_warning, is_note, max_errors
+   public :: place_t, new_place, diagnostics_t, message_t, is_error, is_warning, is_note, max_errors
 
    integer, parameter :: is_error = 1, is_warning = 2, is_note = 3
    !> errors kept; what comes after them is only counted (warnings and notes: the same number each)
@@ -13,7 +13,8 @@ module rf_diagnostics
    !> longest piece of a line that a message shows [characters]
    integer, parameter :: shown_length = 120
 
-   !> where in the user's text something stands
+   !> where in the user's text something stands. Build one with new_place: gfortran 12 writes beyond the end of texts
+   !> of deferred length that a structure constructor sets.
    type :: place_t
       !> name of the file as the user knows it (not allocated: the matter has no place)
       character(len=:), allocatable :: file
@@ -52,10 +53,24 @@ module rf_diagnostics
       procedure :: print => print_messages
       procedure :: contains_text
       procedure :: exit_status
-      procedure, private :: add
+      procedure, private :: add, by_place
    end type diagnostics_t
 
 contains
+
+   !> A place from its parts.
+   pure function new_place(file, line, text) result(place)
+      !> name of the file, as messages show it
+      character(len=*), intent(in) :: file
+      !> line in the file (0: the file as a whole)
+      integer, intent(in) :: line
+      !> the line's text
+      character(len=*), intent(in), optional :: text
+      type(place_t) :: place
+      place%file = file
+      place%line = line
+      if (present(text)) place%text = text
+   end function new_place
 
    !> 'case.inp:17', 'case.inp' or nothing.
    pure function place_label(self) result(label)
@@ -151,16 +166,18 @@ contains
       other = empty
    end subroutine take_from
 
-   !> Print everything: the message and, under it, the line it is about.
+   !> Print everything, in the order of the user's lines: the message and, under it, the line it is about.
    subroutine print_messages(self, unit)
       class(diagnostics_t), intent(in) :: self
       !> where to (default: the standard error)
       integer, intent(in), optional :: unit
+      integer, allocatable :: order(:)
       integer :: i, to
       to = error_unit
       if (present(unit)) to = unit
-      do i = 1, self%n_messages
-         associate (message => self%messages(i))
+      call self%by_place(order)
+      do i = 1, size(order)
+         associate (message => self%messages(order(i)))
             write (to, '(a)') message%line()
             if (allocated(message%place%text)) then
                if (len_trim(message%place%text) > 0) write (to, '(a)') '    '//cut_short(message%place%text)
@@ -171,6 +188,43 @@ contains
          write (to, '(a)') 'rfem: error: '//to_text(self%n_errors - max_errors)//' more errors are not shown'
       flush (to)
    end subroutine print_messages
+
+   !> Messages ordered by file (as the files first appear) and line; those of one line stay in the order they came in.
+   pure subroutine by_place(self, order)
+      class(diagnostics_t), intent(in) :: self
+      !> numbers of the messages
+      integer, allocatable, intent(out) :: order(:)
+      integer :: file(self%n_messages), i, j
+      allocate (order(self%n_messages))
+      do i = 1, self%n_messages
+         associate (this => self%messages(i)%place)
+            file(i) = 0
+            if (.not. allocated(this%file)) cycle
+            do j = 1, i - 1
+               if (file(j) == 0) cycle ! .and. may look at both sides
+               if (same_text(self%messages(file(j))%place%file, this%file)) exit
+            end do
+            file(i) = i
+            if (j < i) file(i) = file(j)
+         end associate
+      end do
+      do i = 1, self%n_messages ! insertion sort: there are few
+         do j = i, 2, -1
+            if (.not. comes_before(i, order(j - 1))) exit
+            order(j) = order(j - 1)
+         end do
+         order(j) = i
+      end do
+
+   contains
+
+      !> Whether message a stands further up than b.
+      pure logical function comes_before(a, b)
+         integer, intent(in) :: a, b
+         comes_before = file(a) < file(b)
+         if (file(a) == file(b)) comes_before = self%messages(a)%place%line < self%messages(b)%place%line
+      end function comes_before
+   end subroutine by_place
 
    !> A line's beginning, printable in any terminal: what is neither ASCII nor a tab is shown as it is only from 128 on.
    pure function cut_short(text) result(shown)

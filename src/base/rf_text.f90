@@ -195,7 +195,7 @@ contains
       character(len=:), allocatable :: best
       integer :: i, distance, least
       best = ''
-      least = max(1, (len(word) + 1)/3) + 1
+      least = min(max(1, (len(word) + 1)/3), len(word) - 1) + 1
       do i = 1, size(candidates)
          if (.not. allocated(candidates(i)%s)) cycle
          if (abs(len(candidates(i)%s) - len(word)) >= least) cycle

@@ -37,7 +37,9 @@ module rf_relaxation
    !> movement, in mean edge lengths, from which a piece that does not come to rest is a mechanism
    real(wp), parameter :: mechanism_movement = 0.2_wp
    !> residual, in units of the tolerance, down to which VISCOUS damping looks for the lowest frequency
-   real(wp), parameter :: viscous_look = 1.0e4_wp
+   real(wp), parameter :: viscous_look = 10.0_wp
+   !> weight of the newest Rayleigh quotient in that search
+   real(wp), parameter :: viscous_smoothing = 0.02_wp
 
    type :: relaxation_settings_t
       !> residual relative to the scale of forces for states that are recorded, and for those that choose an event
@@ -67,9 +69,11 @@ module rf_relaxation
       real(wp), private :: viscous = -1
       real(wp), allocatable, private :: counted(:), measured(:), keep(:), partial(:, :)
       logical, allocatable, private :: special(:)
+      !> velocities of this step and of the last one, (node, step, direction); KINETIC damping only
+      real(wp), allocatable, private :: velocity(:, :, :)
    contains
       procedure :: equilibrate
-      procedure, private :: prepare_masks, step, sum_up, next_damping, judge_failure
+      procedure, private :: prepare_masks, step, sum_up, next_damping, judge_failure, return_to_peak, keep_velocities
    end type relaxation_t
 
 contains
@@ -99,11 +103,12 @@ contains
       applied = sqrt(dot_product(loads%px(:mesh%n_nodes), loads%px(:mesh%n_nodes)) &
                      + dot_product(loads%py(:mesh%n_nodes), loads%py(:mesh%n_nodes)))
       c = 0
-      lowest = huge(1.0_wp)
+      lowest = 0
       kinetic_before = 0
       at_rest = .true.
       self%iterations = 0
       do
+         if (self%settings%damping == damping_kinetic) call self%keep_velocities(motion, mesh%n_nodes)
          call self%step(mesh, rows, contact, loads, motion, c, at_rest, tolerance)
          call self%sum_up(rows, contact, sums)
          if (.not. ieee_is_finite(sum(sums))) exit
@@ -114,9 +119,8 @@ contains
          at_rest = self%settings%damping == damping_kinetic .and. sums(sum_kinetic) < kinetic_before
          kinetic_before = sums(sum_kinetic)
          self%iterations = self%iterations + 1
-         if (at_rest) then              ! a peak of kinetic energy: start again from here
-            motion%vx = 0
-            motion%vy = 0
+         if (at_rest) then
+            call self%return_to_peak(motion, mesh%n_nodes)
             kinetic_before = 0
             cycle
          end if
@@ -168,6 +172,35 @@ contains
                         contact%partial)
    end subroutine step
 
+   !> KINETIC damping: the kinetic energy fell in this step, so it peaked in the middle of the last one; start again
+   !> from the displacements there, at rest (Cundall 1976). Without going back, a mode of six steps' period would
+   !> come back to the same place for ever.
+   subroutine return_to_peak(self, motion, n)
+      class(relaxation_t), intent(in) :: self
+      type(motion_t), intent(inout) :: motion
+      !> nodes
+      integer, intent(in) :: n
+      motion%ux(:n) = motion%ux(:n) - (self%velocity(:n, 1, 1) + 0.5_wp*self%velocity(:n, 2, 1))
+      motion%uy(:n) = motion%uy(:n) - (self%velocity(:n, 1, 2) + 0.5_wp*self%velocity(:n, 2, 2))
+      motion%vx(:n) = 0
+      motion%vy(:n) = 0
+   end subroutine return_to_peak
+
+   !> KINETIC damping: keep the velocities of this step and of the last one.
+   subroutine keep_velocities(self, motion, n)
+      class(relaxation_t), intent(inout) :: self
+      type(motion_t), intent(in) :: motion
+      !> nodes
+      integer, intent(in) :: n
+      if (allocated(self%velocity)) then
+         if (size(self%velocity, 1) /= n) deallocate (self%velocity)
+      end if
+      if (.not. allocated(self%velocity)) allocate (self%velocity(n, 2, 2), source=0.0_wp)
+      self%velocity(:, 2, :) = self%velocity(:, 1, :)
+      self%velocity(:, 1, 1) = motion%vx(:n)
+      self%velocity(:, 1, 2) = motion%vy(:n)
+   end subroutine keep_velocities
+
    !> Sums over blocks and contact groups, in their order.
    subroutine sum_up(self, rows, contact, sums)
       class(relaxation_t), intent(in) :: self
@@ -191,7 +224,7 @@ contains
       real(wp), intent(in) :: sums(n_sums)
       !> the residual is still far above the tolerance
       logical, intent(in) :: far
-      !> lowest Rayleigh quotient seen in this relaxation [-]
+      !> Rayleigh quotient of this relaxation's slow motion, smoothed over the steps [-]
       real(wp), intent(inout) :: lowest
       real(wp), intent(inout) :: c
       real(wp) :: quotient
@@ -201,10 +234,10 @@ contains
       case (damping_adaptive)
          c = min(largest_damping, 2*sqrt(quotient))
       case (damping_viscous)
-         ! adaptive until the residual has come down, then the fraction of critical of the lowest frequency seen
+         ! adaptive until the residual has come down, then the fraction of critical of the slow motion that is left
          if (self%viscous < 0) then
             c = min(largest_damping, 2*sqrt(quotient))
-            if (quotient > 0) lowest = min(lowest, quotient)
+            lowest = lowest + viscous_smoothing*(quotient - lowest)
             if (.not. far) self%viscous = min(largest_damping, self%settings%factor*2*sqrt(lowest))
          else
             c = self%viscous

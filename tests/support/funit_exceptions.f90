@@ -17,8 +17,8 @@ module funit_exceptions
 
    !> more failures of one test than this are not told apart
    integer, parameter :: max_exceptions = 50
-   type(exception_t), save :: raised(max_exceptions)
-   integer, save :: n_raised = 0
+   type(exception_t) :: raised(max_exceptions)
+   integer :: n_raised = 0
 
 contains
 

@@ -6,9 +6,9 @@ module funit_runner
    private
    public :: start_tests, begin_test, end_test, skip_test, finish_tests
 
-   integer, save :: n_run = 0, n_failed = 0, n_disabled = 0
-   character(len=:), allocatable, save :: filter, failures
-   character(len=200), save :: present_test = ''
+   integer :: n_run = 0, n_failed = 0, n_disabled = 0
+   character(len=:), allocatable :: filter, failures
+   character(len=200) :: present_test = ''
 
 contains
 

@@ -309,7 +309,7 @@ KINDS = {
     "int64": "integer(int64)",
 }
 DIMENSIONS = ["", "(:)", "(:, :)", "(:, :, :)"]
-# pairs of expected and actual: ranks, kinds; those used less are there for assertEqual only, which keeps the module small
+# ranks and kinds of expected and actual; what is used less is there for assertEqual only: the module stays small
 RANKS = [(0, 0), (0, 1), (1, 1), (0, 2), (2, 2)]
 MORE_RANKS = [(0, 3), (3, 3)]
 PAIRS = [("real64", "real64"), ("real32", "real64"), ("int32", "real64"), ("int32", "int32"), ("int32", "int64")]

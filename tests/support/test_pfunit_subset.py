@@ -29,7 +29,15 @@ def compile_and_run(folder, name, text, *arguments):
     folder = Path(folder)
     (folder / f"{name}.F90").write_text(translate(folder, name, text), encoding="utf-8")
     (folder / "driver.f90").write_text(pfunit_subset.driver([name]), encoding="utf-8")
-    command = [OPTIONS.compiler, "-w", "-std=f2008", "-ffree-line-length-none", "-ffpe-trap=invalid", "-I", OPTIONS.modules]
+    command = [
+        OPTIONS.compiler,
+        "-w",
+        "-std=f2008",
+        "-ffree-line-length-none",
+        "-ffpe-trap=invalid",
+        "-I",
+        OPTIONS.modules,
+    ]
     command += [f"{name}.F90", "driver.f90", OPTIONS.library, "-o", name]
     build = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     if build.returncode:
@@ -107,7 +115,9 @@ class TestAssertions(unittest.TestCase):
 
     def test_passing(self):
         with tempfile.TemporaryDirectory() as folder:
-            result = compile_and_run(folder, "test_case", module(test("".join(f"      {line}\n" for line in self.PASS))))
+            result = compile_and_run(
+                folder, "test_case", module(test("".join(f"      {line}\n" for line in self.PASS)))
+            )
         self.assertEqual(0, result.returncode, result.stdout + result.stderr)
         self.assertIn("OK (1 tests, 0 disabled)", result.stdout)
 
@@ -154,13 +164,16 @@ class TestStructure(unittest.TestCase):
             result = compile_and_run(folder, "test_case", text)
             self.assertEqual(0, result.returncode, result.stdout + result.stderr)
             self.assertIn("OK (2 tests, 1 disabled)", result.stdout)
-            result = subprocess.run([Path(folder) / "test_case", "-f", "test_b"], capture_output=True, text=True, check=False)
+            result = subprocess.run(
+                [Path(folder) / "test_case", "-f", "test_b"], capture_output=True, text=True, check=False
+            )
             self.assertIn("OK (1 tests, 0 disabled)", result.stdout)
 
     def test_fixture(self):
         head = "   @testCase\n   type, extends(TestCase) :: fixture_t\n      integer :: n = 0\n   contains\n"
         head += "      procedure :: setUp\n   end type fixture_t\n"
-        body = "   subroutine setUp(this)\n      class(fixture_t), intent(inout) :: this\n      this%n = 5\n   end subroutine setUp\n"
+        body = "   subroutine setUp(this)\n      class(fixture_t), intent(inout) :: this\n"
+        body += "      this%n = 5\n   end subroutine setUp\n"
         body += "   @test\n   subroutine test_n(this)\n      class(fixture_t), intent(inout) :: this\n"
         body += "      @assertEqual(5, this%n)\n   end subroutine test_n\n"
         with tempfile.TemporaryDirectory() as folder:
@@ -204,7 +217,11 @@ class TestRefusals(unittest.TestCase):
         (1, "must be called test_case", module(test(""), name="other")),
         (1, "trailing comment", module(test("")).replace("module test_case\n   use", "module test_case ! why\n   use")),
         (5, "no @test", module("")),
-        (5, "nothing follows", module("").replace("contains\n", "contains\n@test\n").replace("end module test_case\n", "")),
+        (
+            5,
+            "nothing follows",
+            module("").replace("contains\n", "contains\n@test\n").replace("end module test_case\n", ""),
+        ),
         (5, "`type` line", module(test(""), head="   @testCase\n   integer :: n\n")),
     )
 

@@ -1,0 +1,429 @@
+!> What is done with the deck as a whole: what nobody has read, --explain, the manual's tables, the full text.
+module rf_deck_report
+   use rf_deck_store, only: store_t, setting_t, add_item, block_place, item_t, kind_index, line_place, no_line, in_model, &
+      in_step, in_both, before_steps, inside_step
+   use rf_diagnostics, only: place_t
+   use rf_text, only: text_t, did_you_mean, joined, same_text, to_text
+   implicit none
+   private
+   public :: check_all, describe_own, write_explanation, write_reference, text_of_deck, list_settings
+
+   !> keywords that the deck mechanism itself reads
+   character(len=*), parameter :: own_keywords(3) = [character(len=9) :: 'HEADING', 'PARAMETER', 'END STEP']
+
+contains
+
+   !> Keywords, parameters and data lines that nobody has read.
+   subroutine check_all(store)
+      type(store_t), intent(inout) :: store
+      type(text_t), allocatable :: known(:)
+      integer :: i
+      call known_keywords(store, known)
+      do i = 1, store%n_blocks
+         call check_block(store, i, known)
+      end do
+   end subroutine check_all
+
+   !> Every keyword that may be written.
+   subroutine known_keywords(store, known)
+      type(store_t), intent(inout) :: store
+      type(text_t), allocatable, intent(out) :: known(:)
+      integer :: i, n, kind
+      do i = 1, size(own_keywords)
+         call kind_index(store, trim(own_keywords(i)), kind)
+         store%kinds(kind)%where = ior(in_both, 4)
+      end do
+      allocate (known(store%n_kinds + 1))
+      known(1)%s = 'INCLUDE'
+      n = 1
+      do i = 1, store%n_kinds
+         if (store%kinds(i)%where == 0 .and. .not. store%kinds(i)%skipped .and. .not. allocated(store%kinds(i)%later)) cycle
+         n = n + 1
+         known(n)%s = store%kinds(i)%name
+      end do
+      known = known(:n)
+   end subroutine known_keywords
+
+   !> One block: is its keyword known, may it stand here, has everything in it been read?
+   subroutine check_block(store, block, known)
+      type(store_t), intent(inout) :: store
+      integer, intent(in) :: block
+      type(text_t), intent(in) :: known(:)
+      type(place_t) :: place
+      logical :: first
+      associate (this => store%blocks(block))
+         associate (kind => store%kinds(this%kind))
+            place = block_place(store, block)
+            first = this%number == 1
+            if (any(own_keywords == kind%name)) then
+               if (kind%name == 'END STEP' .and. this%last_line >= this%first_line) call store%diagnostics%error(place, &
+                  '*END STEP takes no data lines')
+               call check_options(store, block, place)
+            else if (kind%where > 0) then
+               if (iand(kind%where, this%region) == 0) then
+                  call store%diagnostics%error(place, wrong_region(kind%name, kind%where, this%region))
+               else
+                  call check_options(store, block, place)
+                  call check_lines(store, block)
+               end if
+            else if (allocated(kind%later)) then
+               if (first) call store%diagnostics%error(place, '*'//kind%name//' ('//kind%later// &
+                  ') is not available in this version')
+            else if (kind%skipped) then
+               if (first) call store%diagnostics%note(place, '*'//kind%name//' is not used and skipped')
+            else
+               call store%diagnostics%error(place, '*'//kind%name//' is no keyword'//did_you_mean(kind%name, known, '*'))
+            end if
+         end associate
+      end associate
+   end subroutine check_block
+
+   !> A keyword that stands where it may not.
+   pure function wrong_region(name, where, region) result(text)
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: where, region
+      character(len=:), allocatable :: text
+      if (region == before_steps) then
+         text = '*'//name//' belongs in a step, between *STEP and *END STEP'
+      else if (region == inside_step) then
+         text = '*'//name//' belongs to the model, before the first *STEP'
+      else if (where == in_model) then
+         text = '*'//name//' stands behind a step; it belongs to the model, before the first *STEP'
+      else
+         text = '*'//name//' stands behind *END STEP; it belongs between *STEP and *END STEP'
+      end if
+   end function wrong_region
+
+   !> Parameters that nobody asked for.
+   subroutine check_options(store, block, place)
+      type(store_t), intent(inout) :: store
+      integer, intent(in) :: block
+      type(place_t), intent(in) :: place
+      character(len=:), allocatable :: text
+      integer :: i
+      associate (this => store%blocks(block), kind => store%kinds(store%blocks(block)%kind))
+         do i = this%first_option, this%last_option
+            if (store%options(i)%used) cycle
+            text = ''
+            text = '*'//kind%name//' has no parameter '//store%options(i)%name
+            if (kind%n_known > 0) then
+               text = text//'; it has '//joined(kind%known(:kind%n_known), ', ')// &
+                  did_you_mean(store%options(i)%name, kind%known(:kind%n_known))
+            end if
+            if (this%continued) text = text//' (the keyword line ends with a comma, so the next line belongs to it)'
+            call store%diagnostics%error(place, text)
+         end do
+      end associate
+   end subroutine check_options
+
+   !> Data lines that nobody read.
+   subroutine check_lines(store, block)
+      type(store_t), intent(inout) :: store
+      integer, intent(in) :: block
+      integer :: n, most
+      associate (this => store%blocks(block), kind => store%kinds(store%blocks(block)%kind))
+         n = this%last_line - this%first_line + 1
+         most = this%lines_read
+         if (n <= most .or. this%failed) return
+         if (most == 0) then
+            call store%diagnostics%error(line_place(store, this%first_line), '*'//kind%name//' takes no data lines')
+         else
+            call store%diagnostics%error(line_place(store, this%first_line + most), '*'//kind%name//' takes at most '// &
+               to_text(most)//trim(merge(' data line ', ' data lines', most == 1)))
+         end if
+      end associate
+   end subroutine check_lines
+
+   !> Manual rows of the keywords that the mechanism itself reads.
+   subroutine describe_own(store)
+      type(store_t), intent(inout) :: store
+      call own(store, 'HEADING', in_model, 'title of the case', -3)
+      call row(store, 'HEADING', .true., 'title', 'free text, one or more lines', 'what the results files are titled with')
+      call own(store, 'PARAMETER', in_both, '`<NAME>` stands for the number in any later keyword or data line; '// &
+         '`--set NAME=VALUE` overrides it', -2)
+      call row(store, 'PARAMETER', .true., 'NAME = number', 'letters, digits and _ = number', 'one a line')
+      call own(store, 'INCLUDE', in_both, 'another file takes the place of this line', -1)
+      call row(store, 'INCLUDE', .false., 'INPUT', 'text', &
+         'file, relative to the deck that includes it, or to the working directory for a deck from the standard input')
+   end subroutine describe_own
+
+   subroutine own(store, name, where, about, order)
+      type(store_t), intent(inout) :: store
+      character(len=*), intent(in) :: name, about
+      integer, intent(in) :: where, order
+      integer :: kind
+      call kind_index(store, name, kind)
+      store%kinds(kind)%where = where
+      store%kinds(kind)%about = about
+      store%kinds(kind)%order = order
+   end subroutine own
+
+   subroutine row(store, keyword, is_field, name, values, about)
+      type(store_t), intent(inout) :: store
+      character(len=*), intent(in) :: keyword, name, values, about
+      logical, intent(in) :: is_field
+      type(item_t) :: item
+      call kind_index(store, keyword, item%kind)
+      item%is_field = is_field
+      item%form = ''
+      item%name = name
+      item%values = values
+      item%default = ''
+      item%unit = ''
+      item%about = about
+      call add_item(store, item)
+   end subroutine row
+
+   !> Every setting with its origin, block by block; then the defaults that hold without their keyword.
+   subroutine write_explanation(store, unit, manual)
+      type(store_t), intent(in) :: store
+      integer, intent(in) :: unit
+      !> a described deck
+      type(store_t), intent(in), optional :: manual
+      integer :: block, i
+      do i = 1, store%n_parameters
+         associate (this => store%parameters(i))
+            write (unit, '(a)') '*PARAMETER '//this%name//' = '//this%value//'   '// &
+               trim(merge('--set, not ', '           ', this%overridden))//this%place%label()
+         end associate
+      end do
+      call write_settings(store, unit)
+      if (.not. present(manual)) return
+      do block = 1, manual%n_kinds
+         associate (kind => manual%kinds(block))
+            if (.not. kind%standing) cycle
+            if (present_in(store, kind%name)) cycle
+            write (unit, '(a)') '*'//kind%name//' (not in the deck)'
+            do i = 1, manual%n_items
+               if (manual%items(i)%kind /= block .or. len(manual%items(i)%default) == 0) cycle
+               write (unit, '(a)') '   '//manual%items(i)%name//' = '//manual%items(i)%default//'   default'
+            end do
+         end associate
+      end do
+   end subroutine write_explanation
+
+   !> Whether the deck has a block of a keyword.
+   pure logical function present_in(store, name)
+      type(store_t), intent(in) :: store
+      character(len=*), intent(in) :: name
+      integer :: i
+      present_in = .false.
+      do i = 1, store%n_kinds
+         if (same_text(store%kinds(i)%name, name)) present_in = store%kinds(i)%n_blocks > 0
+      end do
+   end function present_in
+
+   !> The settings that were read, sorted by block.
+   subroutine write_settings(store, unit)
+      type(store_t), intent(in) :: store
+      integer, intent(in) :: unit
+      integer, allocatable :: order(:)
+      type(place_t) :: place
+      integer :: i, block
+      call settings_order(store, order)
+      block = 0
+      do i = 1, size(order)
+         associate (this => store%settings(order(i)))
+            if (this%block /= block) then
+               block = this%block
+               place = block_place(store, block)
+               write (unit, '(a)') step_label(store, block)//'*'//store%kinds(store%blocks(block)%kind)%name//'   '//place%label()
+            end if
+            write (unit, '(a)') '   '//this%name//' = '//this%value//'   '//origin(store, this)
+         end associate
+      end do
+   end subroutine write_settings
+
+   !> 'STEP 2: ' for a block in a step.
+   pure function step_label(store, block) result(text)
+      type(store_t), intent(in) :: store
+      integer, intent(in) :: block
+      character(len=:), allocatable :: text
+      text = ''
+      if (store%blocks(block)%step > 0) text = 'STEP '//to_text(store%blocks(block)%step)//': '
+   end function step_label
+
+   !> The deck's line, or 'default'.
+   pure function origin(store, setting) result(text)
+      type(store_t), intent(in) :: store
+      type(setting_t), intent(in) :: setting
+      character(len=:), allocatable :: text
+      type(place_t) :: place
+      text = 'default'
+      if (setting%is_default) return
+      place = block_place(store, setting%block)
+      if (setting%data_line /= no_line) place = line_place(store, setting%data_line)
+      text = place%label()
+   end function origin
+
+   !> Settings by block, then in the order of reading (counting sort); those read twice once.
+   pure subroutine settings_order(store, order)
+      type(store_t), intent(in) :: store
+      integer, allocatable, intent(out) :: order(:)
+      integer, allocatable :: start(:)
+      integer :: i, j, n, block
+      allocate (start(store%n_blocks + 1), order(store%n_settings))
+      start = 0
+      do i = 1, store%n_settings
+         start(store%settings(i)%block + 1) = start(store%settings(i)%block + 1) + 1
+      end do
+      do i = 2, size(start)
+         start(i) = start(i) + start(i - 1)
+      end do
+      do i = 1, store%n_settings
+         block = store%settings(i)%block
+         start(block) = start(block) + 1
+         order(start(block)) = i
+      end do
+      n = 0
+      j = 0
+      do i = 1, size(order) ! those of the present block are order(j + 1:n); parameters only are read twice
+         if (n > 0) then
+            if (store%settings(order(n))%block /= store%settings(order(i))%block) j = n
+         end if
+         if (is_repeated(store, order(j + 1:n), order(i))) cycle
+         n = n + 1
+         order(n) = order(i)
+      end do
+      order = order(:n)
+   end subroutine settings_order
+
+   !> Whether a parameter's setting is among those listed.
+   pure logical function is_repeated(store, listed, setting)
+      type(store_t), intent(in) :: store
+      integer, intent(in) :: listed(:), setting
+      integer :: i
+      is_repeated = .false.
+      if (store%settings(setting)%data_line /= no_line) return
+      do i = 1, size(listed)
+         if (store%settings(listed(i))%data_line /= no_line) cycle
+         if (same_text(store%settings(listed(i))%name, store%settings(setting)%name)) is_repeated = .true.
+      end do
+   end function is_repeated
+
+   !> Every setting as three texts.
+   subroutine list_settings(store, names, values, origins)
+      type(store_t), intent(in) :: store
+      type(text_t), allocatable, intent(out) :: names(:), values(:), origins(:)
+      integer, allocatable :: order(:)
+      integer :: i, n
+      call settings_order(store, order)
+      n = store%n_parameters
+      allocate (names(n + size(order)), values(n + size(order)), origins(n + size(order)))
+      do i = 1, n
+         names(i)%s = '*PARAMETER '//store%parameters(i)%name
+         values(i)%s = store%parameters(i)%value
+         origins(i)%s = store%parameters(i)%place%label()
+         if (store%parameters(i)%overridden) origins(i)%s = '--set'
+      end do
+      do i = 1, size(order)
+         associate (this => store%settings(order(i)))
+            names(n + i)%s = step_label(store, this%block)//'*'//store%kinds(store%blocks(this%block)%kind)%name//' '//this%name
+            values(n + i)%s = this%value
+            origins(n + i)%s = origin(store, this)
+         end associate
+      end do
+   end subroutine list_settings
+
+   !> The reference tables: model keywords, then step keywords.
+   subroutine write_reference(store, unit)
+      type(store_t), intent(in) :: store
+      integer, intent(in) :: unit
+      write (unit, '(a)') '## Model keywords', ''
+      call write_group(store, unit, in_model)
+      write (unit, '(a)') '## Step keywords', ''
+      call write_group(store, unit, in_step)
+   end subroutine write_reference
+
+   !> The keywords that stand in the model, or in steps only, by their order numbers.
+   subroutine write_group(store, unit, where)
+      type(store_t), intent(in) :: store
+      integer, intent(in) :: unit, where
+      logical :: done(store%n_kinds)
+      integer :: kind, i
+      do i = 1, store%n_kinds
+         done(i) = iand(store%kinds(i)%where, in_both) == 0 .or. ((where == in_model) .neqv. &
+            iand(store%kinds(i)%where, in_model) > 0)
+      end do
+      do while (.not. all(done))
+         kind = minloc(store%kinds(:store%n_kinds)%order, dim=1, mask=.not. done)
+         done(kind) = .true.
+         call write_keyword(store, unit, kind)
+      end do
+   end subroutine write_group
+
+   !> One keyword: what it is for, its parameters, its data lines form by form.
+   subroutine write_keyword(store, unit, kind)
+      type(store_t), intent(in) :: store
+      integer, intent(in) :: unit, kind
+      character(len=:), allocatable :: form
+      logical :: open
+      integer :: i
+      write (unit, '(a)') '### `*'//store%kinds(kind)%name//'`', ''
+      if (allocated(store%kinds(kind)%about)) write (unit, '(a)') store%kinds(kind)%about, ''
+      if (store%kinds(kind)%where == in_both) write (unit, '(a)') 'In the model and in steps.', ''
+      open = .false.
+      do i = 1, store%n_items
+         if (store%items(i)%kind /= kind .or. store%items(i)%is_field) cycle
+         if (.not. open) write (unit, '(a)') '| parameter | values | default | unit | meaning |', '|---|---|---|---|---|'
+         open = .true.
+         call write_row(unit, store%items(i))
+      end do
+      if (open) write (unit, '(a)') ''
+      form = '(none yet)'
+      do i = 1, store%n_items
+         if (store%items(i)%kind /= kind .or. .not. store%items(i)%is_field) cycle
+         if (.not. same_text(form, store%items(i)%form)) then
+            if (form /= '(none yet)') write (unit, '(a)') ''
+            form = store%items(i)%form
+            if (len(form) > 0) write (unit, '(a)') 'Data lines '//form//':', ''
+            write (unit, '(a)') '| field | values | default | unit | meaning |', '|---|---|---|---|---|'
+         end if
+         call write_row(unit, store%items(i))
+      end do
+      if (form /= '(none yet)') write (unit, '(a)') ''
+   end subroutine write_keyword
+
+   subroutine write_row(unit, item)
+      integer, intent(in) :: unit
+      type(item_t), intent(in) :: item
+      character(len=:), allocatable :: default
+      default = item%default
+      if (len(default) == 0) default = 'required'
+      write (unit, '(a)') '| '//item%name//' | '//trim(item%values)//' | '//default//' | '//item%unit//' | '//item%about//' |'
+   end subroutine write_row
+
+   !> The deck as one text.
+   function text_of_deck(store) result(text)
+      type(store_t), intent(in) :: store
+      character(len=:), allocatable :: text
+      text = ''
+      if (store%n_files > 0) call append_file(store, 1, text)
+   end function text_of_deck
+
+   !> Append a file with what it includes; the pieces that are replaced become comments.
+   recursive subroutine append_file(store, file, text)
+      type(store_t), intent(in) :: store
+      integer, intent(in) :: file
+      character(len=:), allocatable, intent(inout) :: text
+      integer :: i, place
+      place = store%files(file)%first
+      do i = 1, store%n_edits
+         associate (edit => store%edits(i))
+            if (edit%file /= file) cycle
+            text = text//store%pool(place:edit%first - 1)
+            place = edit%last + 1
+            if (edit%included > 0) then
+               text = text//'** *INCLUDE of '//store%files(edit%included)%name//' begins'//new_line('a')
+               call append_file(store, edit%included, text)
+               if (text(len(text):) /= new_line('a')) text = text//new_line('a')
+               text = text//'** *INCLUDE of '//store%files(edit%included)%name//' ends'
+            else
+               text = text//edit%replacement//new_line('a')//'** --set replaced: '//store%pool(edit%first:edit%last)
+            end if
+         end associate
+      end do
+      text = text//store%pool(place:store%files(file)%last)
+   end subroutine append_file
+
+end module rf_deck_report

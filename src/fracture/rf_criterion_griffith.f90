@@ -1,0 +1,52 @@
+!> The criterion of Qiu & Ding (2007), eq. 2: tension where sigma1 < -3 sigma3 (Griffith), Mohr-Coulomb elsewhere.
+module rf_criterion_griffith
+   use rf_kinds, only: wp, i1
+   use rf_criterion, only: criterion_t, principal, tension_share, shear_share, mode_tension, mode_shear
+   implicit none
+   private
+   public :: griffith_t, griffith_jump
+
+   !> Griffith's border between the branches: s1 = -3 s3
+   real(wp), parameter :: border = -3.0_wp
+
+   type, extends(criterion_t) :: griffith_t
+   contains
+      procedure :: utilisation
+   end type griffith_t
+
+contains
+
+   !> Utilisation and mode (theory: eq. 19).
+   subroutine utilisation(self, n, stress, strength, f, mode)
+      class(griffith_t), intent(in) :: self
+      integer, intent(in) :: n
+      real(wp), intent(in) :: stress(:, :), strength(:, :)
+      real(wp), intent(inout) :: f(:)
+      integer(i1), intent(inout) :: mode(:)
+      real(wp) :: s1, s3
+      integer :: i
+      associate (unused => self)
+      end associate
+      do i = 1, n
+         call principal(stress(:, i), s1, s3)
+         if (s1 < border*s3) then
+            f(i) = tension_share(s3, strength(1, i))
+            mode(i) = mode_tension
+         else
+            f(i) = shear_share(s1, s3, strength(2, i), strength(3, i))
+            mode(i) = mode_shear
+         end if
+      end do
+   end subroutine utilisation
+
+   !> Tension -s3 at which shear fails on the border between the branches [stress]: the criterion jumps there to the
+   !> tensile strength.
+   pure real(wp) function griffith_jump(cohesion, tan_friction)
+      !> cohesion [stress], tangent of the friction angle [-]
+      real(wp), intent(in) :: cohesion, tan_friction
+      real(wp) :: cosine
+      cosine = 1/sqrt(1 + tan_friction**2)
+      griffith_jump = cohesion*cosine/(2 - tan_friction*cosine)
+   end function griffith_jump
+
+end module rf_criterion_griffith

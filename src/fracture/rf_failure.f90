@@ -1,0 +1,354 @@
+!> Where the body fails next: utilisation of elements and nodes, the node with the largest, and the split that follows
+!> from it. Reads the mesh, never changes it.
+module rf_failure
+   use rf_kinds, only: wp, i1
+   use rf_grow, only: grow
+   use rf_mesh, only: mesh_t
+   use rf_topology, only: changes_t
+   use rf_material, only: material_t
+   use rf_motion, only: motion_t
+   use rf_stress_k, only: element_stresses, spread_largest
+   use rf_criterion, only: strength_t, principal, max_rays, mode_none
+   use rf_criteria, only: criterion_item_t
+   use rf_recovery, only: patch_work_t, node_stress, materials_at_node
+   use rf_ray, only: split_t, choose_split, split_limits_t
+   implicit none
+   private
+   public :: failure_t, fracture_settings_t, splitting_element, splitting_none, no_crossing_stress
+
+   !> what *FRACTURE, SPLITTING= may say
+   integer, parameter :: splitting_none = 0, splitting_element = 1
+   !> part of the largest screen value from which the node's patch is fitted
+   real(wp), parameter :: screen_margin = 0.7_wp
+   !> utilisations closer than this tie
+   real(wp), parameter :: tie = 1.0e-6_wp
+   !> materials that may meet at one node
+   integer, parameter :: max_materials = 16
+   !> utilisation of a node that has none: no strength given
+   real(wp), parameter :: no_crossing_stress = 0.0_wp
+
+   type :: fracture_settings_t
+      logical :: on = .false.
+      integer :: splitting = splitting_element
+      integer :: max_level = 2
+      !> events a step may have (0: no limit)
+      integer :: max_events = 0
+      logical :: locate = .true.
+      real(wp) :: overshoot = 1.0e-3_wp
+      !> fall of the monitor's reaction that ends the step (0: none), and the monitor's name
+      real(wp) :: stop_drop = 0
+      character(len=80) :: monitor = ''
+   end type fracture_settings_t
+
+   type :: failure_t
+      type(fracture_settings_t) :: settings
+      !> strength and criterion of each material
+      type(strength_t), allocatable :: strength(:)
+      type(criterion_item_t), allocatable :: criterion(:)
+      !> regions that never break, (nodes), (elements)
+      logical, allocatable :: no_split_node(:), no_split_element(:)
+      !> the node has no admissible direction until its fan changes, (nodes)
+      logical, allocatable :: exhausted(:)
+      !> tensile strength, cohesion, tangent of the friction angle of each element, (3, elements)
+      real(wp), allocatable :: element_strength(:, :)
+      !> stresses of the elements, tension positive [stress], (3, elements); their utilisation and mode
+      real(wp), allocatable :: element_stress(:, :), element_utilisation(:)
+      integer(i1), allocatable :: element_mode(:)
+      !> stress and utilisation of the nodes looked at, (3, nodes), (nodes); material and mode that decide
+      real(wp), allocatable :: stress(:, :), utilisation(:)
+      integer, allocatable :: deciding_material(:)
+      integer(i1), allocatable :: mode(:)
+      !> largest utilisation of the nodes that may fail, and of exhausted ones; the node of the first
+      real(wp) :: largest = 0, largest_exhausted = 0
+      integer :: largest_node = 0, n_exhausted = 0
+      !> a place where the out-of-plane stress is extreme and F >= 1 was found (node, 0: none)
+      integer :: out_of_plane_node = 0
+      real(wp), allocatable, private :: screen(:)
+   contains
+      procedure :: prepare, adopt, look, look_everywhere, plan
+      procedure, private :: reserve, stress_of_elements, set_strength, look_at_node, candidates, note_out_of_plane
+   end type failure_t
+
+contains
+
+   !> Room for the mesh; strength of every element.
+   subroutine prepare(self, mesh, material)
+      class(failure_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      integer :: e
+      call self%reserve(mesh)
+      do e = 1, mesh%n_elements
+         call self%set_strength(mesh, material, e)
+      end do
+   end subroutine prepare
+
+   subroutine reserve(self, mesh)
+      class(failure_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      call grow(self%no_split_node, mesh%n_nodes)
+      call grow(self%exhausted, mesh%n_nodes)
+      call grow(self%stress, mesh%n_nodes, 3)
+      call grow(self%utilisation, mesh%n_nodes)
+      call grow(self%deciding_material, mesh%n_nodes)
+      call grow(self%mode, mesh%n_nodes)
+      call grow(self%screen, mesh%n_nodes)
+      call grow(self%no_split_element, mesh%n_elements)
+      call grow(self%element_strength, mesh%n_elements, 3)
+      call grow(self%element_stress, mesh%n_elements, 3)
+      call grow(self%element_utilisation, mesh%n_elements)
+      call grow(self%element_mode, mesh%n_elements)
+   end subroutine reserve
+
+   subroutine set_strength(self, mesh, material, element)
+      class(failure_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      integer, intent(in) :: element
+      integer :: m
+      m = material%section(mesh%section(element))%material
+      self%element_strength(1, element) = self%strength(m)%tensile*material%strength_factor(element)
+      self%element_strength(2, element) = self%strength(m)%cohesion*material%strength_factor(element)
+      self%element_strength(3, element) = self%strength(m)%tan_friction
+   end subroutine set_strength
+
+   !> Follow a split: regions that never break are inherited, nodes of changed elements may fail again.
+   subroutine adopt(self, mesh, material, changes)
+      class(failure_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      type(changes_t), intent(in) :: changes
+      integer :: i, n, a, b, k
+      call self%reserve(mesh)
+      do i = 1, changes%n_nodes
+         n = changes%node(i)
+         a = changes%parent(1, i)
+         b = changes%parent(2, i)
+         if (b == 0) b = a
+         self%no_split_node(n) = self%no_split_node(a) .and. self%no_split_node(b)
+         self%exhausted(n) = .false.
+      end do
+      do i = 1, changes%n_children
+         self%no_split_element(changes%child(1, i)) = self%no_split_element(changes%child(2, i))
+         call self%set_strength(mesh, material, changes%child(1, i))
+      end do
+      do i = 1, changes%n_elements
+         do k = 1, 3
+            self%exhausted(mesh%connectivity(k, changes%element(i))) = .false.
+         end do
+      end do
+   end subroutine adopt
+
+   !> Stresses and utilisation of all elements.
+   subroutine stress_of_elements(self, mesh, material, motion)
+      class(failure_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      type(motion_t), intent(in) :: motion
+      real(wp), allocatable :: f(:)
+      integer(i1), allocatable :: mode(:)
+      integer :: m, e
+      call element_stresses(mesh%n_elements, mesh%connectivity, mesh%x, motion%ux, motion%uy, mesh%section, &
+                            material%section%law%direct, material%section%law%lateral, material%section%law%shear, &
+                            material%stiffness_factor, self%element_stress)
+      self%element_utilisation(:mesh%n_elements) = no_crossing_stress
+      self%element_mode(:mesh%n_elements) = mode_none
+      if (size(self%strength) == 1 .and. self%strength(1)%given) then
+         call self%criterion(1)%law%utilisation(mesh%n_elements, self%element_stress, self%element_strength, &
+                                                self%element_utilisation, self%element_mode)
+         return
+      end if
+      allocate (f(mesh%n_elements), mode(mesh%n_elements))
+      do m = 1, size(self%strength)
+         if (.not. self%strength(m)%given) cycle
+         call self%criterion(m)%law%utilisation(mesh%n_elements, self%element_stress, self%element_strength, f, mode)
+         do e = 1, mesh%n_elements
+            if (material%section(mesh%section(e))%material /= m) cycle
+            self%element_utilisation(e) = f(e)
+            self%element_mode(e) = mode(e)
+         end do
+      end do
+   end subroutine stress_of_elements
+
+   !> Look at the criterion: a screen from the elements, then the patches of the nodes that can be the largest.
+   subroutine look(self, mesh, material, motion)
+      class(failure_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      type(motion_t), intent(in) :: motion
+      call self%stress_of_elements(mesh, material, motion)
+      call spread_largest(mesh%n_elements, mesh%n_nodes, mesh%connectivity, self%element_utilisation, self%screen)
+      call self%candidates(mesh, material, everywhere=.false.)
+   end subroutine look
+
+   !> The same with the stress of every node, for output.
+   subroutine look_everywhere(self, mesh, material, motion)
+      class(failure_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      type(motion_t), intent(in) :: motion
+      call self%stress_of_elements(mesh, material, motion)
+      call spread_largest(mesh%n_elements, mesh%n_nodes, mesh%connectivity, self%element_utilisation, self%screen)
+      call self%candidates(mesh, material, everywhere=.true.)
+   end subroutine look_everywhere
+
+   !> Fit the patches and find the largest utilisations.
+   subroutine candidates(self, mesh, material, everywhere)
+      class(failure_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      logical, intent(in) :: everywhere
+      logical, allocatable :: wanted(:)
+      real(wp) :: threshold
+      integer :: n
+      allocate (wanted(mesh%n_nodes))
+      do n = 1, mesh%n_nodes
+         wanted(n) = .not. (self%no_split_node(n) .or. self%exhausted(n) .or. mesh%hinge(n))
+      end do
+      threshold = screen_margin*min(1.0_wp, maxval(self%screen(:mesh%n_nodes), wanted))
+      do n = 1, mesh%n_nodes
+         wanted(n) = everywhere .or. self%exhausted(n) .or. (wanted(n) .and. self%screen(n) >= threshold)
+      end do
+      !$omp parallel default(none) shared(self, mesh, material, wanted)
+      call look_at_wanted(self, mesh, material, wanted)
+      !$omp end parallel
+      self%largest = 0
+      self%largest_node = 0
+      self%largest_exhausted = 0
+      self%n_exhausted = 0
+      do n = 1, mesh%n_nodes
+         if (self%exhausted(n)) then
+            self%n_exhausted = self%n_exhausted + 1
+            self%largest_exhausted = max(self%largest_exhausted, self%utilisation(n))
+         else if (.not. (self%no_split_node(n) .or. mesh%hinge(n))) then
+            self%largest = max(self%largest, self%utilisation(n))
+         end if
+      end do
+      call self%note_out_of_plane(mesh, material)
+   end subroutine candidates
+
+   !> Look at all wanted nodes; a thread's part of the loop, with its own work lists (in a procedure of its own because
+   !> OpenMP's private does not initialise a derived type reliably).
+   subroutine look_at_wanted(self, mesh, material, wanted)
+      class(failure_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      logical, intent(in) :: wanted(:)
+      type(patch_work_t) :: work
+      integer :: n
+      !$omp do schedule(dynamic, 64)
+      do n = 1, mesh%n_nodes
+         self%utilisation(n) = 0
+         self%mode(n) = mode_none
+         if (wanted(n)) call self%look_at_node(mesh, material, n, work)
+      end do
+      !$omp end do
+   end subroutine look_at_wanted
+
+   !> Stress, utilisation and mode of a node: one fit and one F for each material at it, the largest counts.
+   subroutine look_at_node(self, mesh, material, node, work)
+      class(failure_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      integer, intent(in) :: node
+      type(patch_work_t), intent(inout) :: work
+      integer :: list(max_materials), n, i
+      real(wp) :: stress(3, 1), strength(3, 1), f(1)
+      integer(i1) :: mode(1)
+      call materials_at_node(mesh, material, node, work, list, n)
+      do i = 1, n
+         call node_stress(mesh, material, self%element_stress, self%element_strength, node, list(i), work, &
+                          stress(:, 1), strength(:, 1))
+         f = no_crossing_stress
+         mode = mode_none
+         if (self%strength(list(i))%given) call self%criterion(list(i))%law%utilisation(1, stress, strength, f, mode)
+         if (i > 1 .and. .not. f(1) > self%utilisation(node)) cycle
+         self%stress(:, node) = stress(:, 1)
+         self%utilisation(node) = f(1)
+         self%mode(node) = mode(1)
+         self%deciding_material(node) = list(i)
+      end do
+   end subroutine look_at_node
+
+   !> Remember the first failing node whose stress out of the plane lies outside the range of those in it.
+   subroutine note_out_of_plane(self, mesh, material)
+      class(failure_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      real(wp) :: s1, s3, out
+      integer :: n
+      if (self%out_of_plane_node > 0 .or. self%largest < 1) return
+      do n = 1, mesh%n_nodes
+         if (self%utilisation(n) < 1 .or. self%exhausted(n) .or. self%no_split_node(n)) cycle
+         call principal(self%stress(:, n), s1, s3)
+         out = -material%section(mesh%section(mesh%element_of(n)))%law%out_of_plane*(self%stress(1, n) + self%stress(2, n))
+         if (.not. material%section(mesh%section(mesh%element_of(n)))%plane_strain) cycle
+         if (out <= s1 .and. out >= s3) cycle
+         self%out_of_plane_node = n
+         return
+      end do
+   end subroutine note_out_of_plane
+
+   !> The next split: the node with the largest utilisation that has an admissible direction (WORST). Nodes that have
+   !> none are exhausted. split%node is 0 where nothing fails.
+   subroutine plan(self, mesh, material, split)
+      class(failure_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      type(split_t), intent(out) :: split
+      real(wp) :: ray(2, max_rays)
+      integer :: node, n_rays, m
+      type(split_limits_t) :: limits
+      limits%max_level = self%settings%max_level
+      do
+         node = largest_admissible(self, mesh)
+         if (node == 0) exit
+         m = self%deciding_material(node)
+         call self%criterion(m)%law%directions(self%stress(:, node), self%strength(m)%tan_friction, self%mode(node), ray, n_rays)
+         call choose_split(mesh, node, ray(:, :n_rays), limits, self%element_utilisation, self%no_split_node, &
+                           self%no_split_element, split)
+         if (split%node > 0) then
+            split%mode = self%mode(node)
+            split%utilisation = self%utilisation(node)
+            call principal(self%stress(:, node), split%sigma1, split%sigma3)
+            exit
+         end if
+         self%exhausted(node) = .true.
+         self%n_exhausted = self%n_exhausted + 1
+         self%largest_exhausted = max(self%largest_exhausted, self%utilisation(node))
+      end do
+      self%largest = 0
+      do node = 1, mesh%n_nodes
+         if (.not. (self%exhausted(node) .or. self%no_split_node(node) .or. mesh%hinge(node))) &
+            self%largest = max(self%largest, self%utilisation(node))
+      end do
+   end subroutine plan
+
+   !> The failing node with the largest utilisation; of those that tie the one with the lowest id. 0: nothing fails.
+   integer function largest_admissible(self, mesh) result(node)
+      type(failure_t), intent(in) :: self
+      type(mesh_t), intent(in) :: mesh
+      real(wp) :: largest
+      integer :: n
+      largest = 0
+      do n = 1, mesh%n_nodes
+         if (may_fail(n)) largest = max(largest, self%utilisation(n))
+      end do
+      node = 0
+      if (largest < 1) return
+      do n = 1, mesh%n_nodes
+         if (.not. may_fail(n) .or. self%utilisation(n) < max(1.0_wp, largest*(1 - tie))) cycle
+         if (node == 0) node = n
+         if (mesh%node_id(n) < mesh%node_id(node)) node = n
+      end do
+
+   contains
+
+      logical function may_fail(n)
+         integer, intent(in) :: n
+         may_fail = .not. (self%exhausted(n) .or. self%no_split_node(n) .or. mesh%hinge(n))
+      end function may_fail
+
+   end function largest_admissible
+
+end module rf_failure

@@ -1,0 +1,187 @@
+!> Stress at a node: a linear least-squares patch over two rings of the elements of its own fan, taken at the node. The
+!> patch crosses neither cracks nor material borders. The area mean over the fan alone would be first order and
+!> biased at a boundary; it serves where the patch is too small to fit (theory: section 6).
+module rf_recovery
+   use rf_kinds, only: wp
+   use rf_grow, only: grow
+   use rf_mesh, only: mesh_t
+   use rf_topology, only: elements_around
+   use rf_material, only: material_t
+   implicit none
+   private
+   public :: patch_work_t, node_stress, materials_at_node
+
+   !> elements from which a plane is fitted: three fix it, the others check it
+   integer, parameter :: smallest_patch = 6
+   !> smallest ratio of the patch's extents (smaller over larger second moment) for a fit
+   real(wp), parameter :: flattest_patch = 0.02_wp
+   !> how far outside the patch the node may lie, in squared standard deviations of its centroids: a node at a corner
+   !> of two rings of equal elements has about 6
+   real(wp), parameter :: farthest_squared = 12.0_wp
+
+   !> Lists that a recovery works on; one per thread.
+   type :: patch_work_t
+      integer, allocatable :: fan(:), around(:), patch(:)
+      integer :: n_fan = 0, n_patch = 0
+   end type patch_work_t
+
+contains
+
+   !> Stress and strength at a node, from the elements of one material [stress].
+   subroutine node_stress(mesh, material, element_stress, element_strength, node, which, work, stress, strength)
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      !> stresses of the elements, tension positive, (3, elements); their strength, (3, elements)
+      real(wp), intent(in) :: element_stress(:, :), element_strength(:, :)
+      integer, intent(in) :: node
+      !> number of the material
+      integer, intent(in) :: which
+      type(patch_work_t), intent(inout) :: work
+      real(wp), intent(out) :: stress(3), strength(3)
+      real(wp) :: total, area
+      integer :: i, e
+      call gather_patch(mesh, material, node, which, work)
+      total = 0
+      stress = 0
+      strength = 0
+      do i = 1, work%n_fan
+         e = work%fan(i)
+         area = mesh%area(e)
+         total = total + area
+         stress = stress + area*element_stress(:, e)
+         strength = strength + area*element_strength(:, e)
+      end do
+      stress = stress/total
+      strength = strength/total
+      call fit_plane(mesh, element_stress, node, work, stress)
+   end subroutine node_stress
+
+   !> Materials that meet at a node, ascending.
+   subroutine materials_at_node(mesh, material, node, work, list, n)
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      integer, intent(in) :: node
+      type(patch_work_t), intent(inout) :: work
+      integer, intent(out) :: list(:)
+      integer, intent(out) :: n
+      integer :: i, m, count
+      call elements_around(mesh, node, work%around, count)
+      n = 0
+      do i = 1, count
+         m = material%section(mesh%section(work%around(i)))%material
+         if (n > 0) then
+            if (any(list(:n) == m)) cycle
+         end if
+         if (n == size(list)) cycle
+         n = n + 1
+         list(n) = m
+      end do
+      call sort(list(:n))
+   end subroutine materials_at_node
+
+   pure subroutine sort(list)
+      integer, intent(inout) :: list(:)
+      integer :: i, j, v
+      do i = 2, size(list)
+         v = list(i)
+         do j = i - 1, 1, -1
+            if (list(j) <= v) exit
+            list(j + 1) = list(j)
+         end do
+         list(j + 1) = v
+      end do
+   end subroutine sort
+
+   !> The node's elements of one material, and those of the same material that share a node with them. Nodes are split
+   !> where cracks have opened, so the patch does not reach across them.
+   subroutine gather_patch(mesh, material, node, which, work)
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      integer, intent(in) :: node, which
+      type(patch_work_t), intent(inout) :: work
+      integer :: n, i, j, k, corner
+      call elements_around(mesh, node, work%around, n)
+      work%n_patch = 0
+      do i = 1, n
+         call join(work%around(i))
+      end do
+      work%n_fan = work%n_patch
+      call grow(work%fan, work%n_fan)
+      work%fan(:work%n_fan) = work%patch(:work%n_fan)
+      do i = 1, work%n_fan
+         do k = 1, 3
+            corner = mesh%connectivity(k, work%fan(i))
+            if (corner == node) cycle
+            call elements_around(mesh, corner, work%around, n)
+            do j = 1, n
+               call join(work%around(j))
+            end do
+         end do
+      end do
+      call sort(work%patch(:work%n_patch))     ! sums do not depend on where a walk began
+
+   contains
+
+      subroutine join(element)
+         integer, intent(in) :: element
+         if (material%section(mesh%section(element))%material /= which) return
+         if (work%n_patch > 0) then
+            if (any(work%patch(:work%n_patch) == element)) return
+         end if
+         work%n_patch = work%n_patch + 1
+         call grow(work%patch, work%n_patch)
+         work%patch(work%n_patch) = element
+      end subroutine join
+
+   end subroutine gather_patch
+
+   !> Replace the mean by the value at the node of the area-weighted plane through the patch's element stresses.
+   subroutine fit_plane(mesh, element_stress, node, work, stress)
+      type(mesh_t), intent(in) :: mesh
+      real(wp), intent(in) :: element_stress(:, :)
+      integer, intent(in) :: node
+      type(patch_work_t), intent(in) :: work
+      real(wp), intent(inout) :: stress(3)
+      real(wp) :: total, area, centre(2), mean(3), xx, xy, yy, with_stress(3, 2), offset(2), d(2), det, trace, solution(2)
+      integer :: i, e
+      if (work%n_patch < smallest_patch) return
+      total = 0; centre = 0; mean = 0
+      do i = 1, work%n_patch
+         e = work%patch(i)
+         area = mesh%area(e)
+         total = total + area
+         centre = centre + area*(centroid(mesh, e) - mesh%x(:, node))
+         mean = mean + area*element_stress(:, e)
+      end do
+      centre = centre/total
+      mean = mean/total
+      xx = 0; xy = 0; yy = 0; with_stress = 0
+      do i = 1, work%n_patch
+         e = work%patch(i)
+         area = mesh%area(e)/total
+         d = centroid(mesh, e) - mesh%x(:, node) - centre
+         xx = xx + area*d(1)*d(1)
+         xy = xy + area*d(1)*d(2)
+         yy = yy + area*d(2)*d(2)
+         with_stress(:, 1) = with_stress(:, 1) + area*d(1)*(element_stress(:, e) - mean)
+         with_stress(:, 2) = with_stress(:, 2) + area*d(2)*(element_stress(:, e) - mean)
+      end do
+      det = xx*yy - xy*xy
+      trace = xx + yy
+      ! det/trace^2 lies between r/4 and r for the ratio r of the second moments
+      if (det <= 0.5_wp*flattest_patch*trace**2) return
+      offset = -centre
+      solution = [(yy*offset(1) - xy*offset(2))/det, (xx*offset(2) - xy*offset(1))/det]
+      if (dot_product(offset, solution) > farthest_squared) return
+      stress = mean + with_stress(:, 1)*solution(1) + with_stress(:, 2)*solution(2)
+   end subroutine fit_plane
+
+   pure function centroid(mesh, element) result(x)
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: element
+      real(wp) :: x(2)
+      x = (mesh%x(:, mesh%connectivity(1, element)) + mesh%x(:, mesh%connectivity(2, element)) &
+           + mesh%x(:, mesh%connectivity(3, element)))/3
+   end function centroid
+
+end module rf_recovery
