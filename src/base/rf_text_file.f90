@@ -6,7 +6,7 @@ module rf_text_file
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_long, c_null_char, c_null_ptr, c_ptr, &
       c_size_t
    use rf_kinds, only: i8
-   use rf_system, only: remove_file
+   use rf_system, only: refuse_large_files, remove_file
    implicit none
    private
 
@@ -90,6 +90,7 @@ contains
       class(text_file_t), intent(out) :: this
       character(len=*), intent(in) :: path
       character(len=:), allocatable, intent(out) :: error
+      call refuse_large_files()
       this%path = path
       allocate (character(len=buffer_size) :: this%buffer)
       this%stream = c_fopen(path//c_null_char, 'w'//c_null_char)

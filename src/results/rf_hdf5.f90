@@ -14,7 +14,7 @@ module rf_hdf5
       h5f_acc_rdwr_f, h5f_scope_global_f, h5f_libver_v110_f, h5f_close_strong_f, h5f_obj_all_f, &
       h5f_obj_datatype_f
    use rf_kinds, only: wp, i8
-   use rf_system, only: remove_file
+   use rf_system, only: refuse_large_files, remove_file
    use rf_hdf5_reason, only: hdf5_reason
    implicit none
    private
@@ -96,6 +96,7 @@ contains
    !> and complain or hang; all files are closed by name here.
    subroutine prepare_library()
       integer :: status
+      call refuse_large_files()
       call h5dont_atexit_f(status)
       call h5open_f(status)
       call h5eset_auto_f(0, status)
