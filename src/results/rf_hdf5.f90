@@ -3,7 +3,7 @@
 !> No other module of rfem uses the library. Nothing here stops: every procedure that can fail hands back `error`, the file and
 !> the reason the system gave; unallocated means that all is well. HDF5's own printing is switched off.
 module rf_hdf5
-   use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_f_pointer, c_loc, c_ptr, c_null_char
+   use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_f_pointer, c_loc, c_ptr, c_null_char, c_char
    use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5fcreate_f, h5fopen_f, h5fclose_f, h5fflush_f, &
       h5fget_obj_count_f, h5gcreate_f, h5gclose_f, h5pcreate_f, h5pclose_f, h5pset_libver_bounds_f, h5pset_fclose_degree_f, &
       h5eset_auto_f, h5screate_f, h5screate_simple_f, h5sclose_f, h5acreate_by_name_f, h5aexists_by_name_f, &
@@ -60,11 +60,19 @@ module rf_hdf5
          integer(c_int64_t), value :: file, access
          type(c_ptr), intent(out) :: handle
       end function c_handle
-      integer(c_int) function c_ftruncate(descriptor, length) bind(c, name='ftruncate')
-         import :: c_int, c_int64_t
+      integer(c_int) function c_memfd_create(name, flags) bind(c, name='memfd_create')
+         import :: c_int, c_char
+         character(kind=c_char), intent(in) :: name(*)
+         integer(c_int), value :: flags
+      end function c_memfd_create
+      integer(c_int) function c_dup2(old, new) bind(c, name='dup2')
+         import :: c_int
+         integer(c_int), value :: old, new
+      end function c_dup2
+      integer(c_int) function c_close(descriptor) bind(c, name='close')
+         import :: c_int
          integer(c_int), value :: descriptor
-         integer(c_int64_t), value :: length
-      end function c_ftruncate
+      end function c_close
    end interface
 
 contains
@@ -166,7 +174,8 @@ contains
       call hdf5_failure(status, this%path, 'write to this file', error)
    end subroutine flush_file
 
-   !> Close; what was opened in the file is closed with it. Nothing to do for a closed file. A failure leaves it open, for `discard`.
+   !> Close; what was opened in the file is closed with it. Nothing to do for a closed file. After a failure the file is
+   !> given up: HDF5 1.10 crashes when it is asked to close a second time what it could not close.
    subroutine close_file(this, error)
       class(hdf5_file_t), intent(inout) :: this
       character(len=:), allocatable, intent(out) :: error
@@ -174,31 +183,36 @@ contains
       if (.not. this%is_open()) return
       call h5fclose_f(this%id, status)
       call hdf5_failure(status, this%path, 'finish this file', error)
-      if (allocated(error)) return
       this%id = closed_id
       this%swmr = .false.
    end subroutine close_file
 
-   !> Close and delete what `create` made; errors do not matter any more. On a full disk HDF5 cannot close what it cannot write, so the file
-   !> is emptied first, which makes room.
+   !> Close and delete what `create` made; errors do not matter any more. HDF5 does not close what it cannot write (full disk, limit of file
+   !> sizes), and crashes when asked twice, so first all that it still wants to write is sent to memory.
    subroutine discard(this)
       class(hdf5_file_t), intent(inout) :: this
       character(len=:), allocatable :: ignored
-      type(c_ptr) :: handle
-      integer(c_int), pointer :: descriptor
-      integer(c_int) :: status
       logical :: gone
-      if (this%is_open()) then
-         if (c_handle(int(this%id, c_int64_t), 0_c_int64_t, handle) >= 0) then
-            call c_f_pointer(handle, descriptor)
-            status = c_ftruncate(descriptor, 0_c_int64_t)
-         end if
-      end if
+      if (this%is_open()) call redirect_to_memory(this%id)
       call this%close(ignored)
-      this%id = closed_id
       if (this%made_here) gone = remove_file(this%path)
       this%made_here = .false.
    end subroutine discard
+
+   !> Let what HDF5 still wants to write to a file go to memory (Linux's memfd) and vanish with it.
+   subroutine redirect_to_memory(id)
+      !> id of an open file
+      integer(hid_t), intent(in) :: id
+      type(c_ptr) :: handle
+      integer(c_int), pointer :: descriptor
+      integer(c_int) :: memory, status
+      if (c_handle(int(id, c_int64_t), 0_c_int64_t, handle) < 0) return
+      call c_f_pointer(handle, descriptor)
+      memory = c_memfd_create('discarded'//c_null_char, 0_c_int)
+      if (memory < 0) return
+      status = c_dup2(memory, descriptor)
+      status = c_close(memory)
+   end subroutine redirect_to_memory
 
    pure logical function is_open(this)
       class(hdf5_file_t), intent(in) :: this
