@@ -1,7 +1,7 @@
 !> A text file that is being written: buffered, with every failure kept as an error text, and able to delete itself.
 !>
-!> It writes through C's stdio because gfortran's FLUSH and CLOSE keep quiet about a full disk (libgfortran 12 drops what the system says).
-!> After the first failure further output is dropped; `flush` and `close` hand the error back.
+!> It writes through C's stdio because gfortran's FLUSH and CLOSE keep quiet about a full disk (libgfortran 12 drops what the system
+!> says). After the first failure further output is dropped; `flush` and `close` hand the error back.
 module rf_text_file
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_long, c_null_char, c_null_ptr, c_ptr, &
       c_size_t

@@ -187,8 +187,8 @@ contains
       this%swmr = .false.
    end subroutine close_file
 
-   !> Close and delete what `create` made; errors do not matter any more. HDF5 does not close what it cannot write (full disk, limit of file
-   !> sizes), and crashes when asked twice, so first all that it still wants to write is sent to memory.
+   !> Close and delete what `create` made; errors do not matter any more. HDF5 does not close what it cannot write (full disk, limit
+   !> of file sizes), and crashes when asked twice, so first all that it still wants to write is sent to memory.
    subroutine discard(this)
       class(hdf5_file_t), intent(inout) :: this
       character(len=:), allocatable :: ignored

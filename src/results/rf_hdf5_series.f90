@@ -1,7 +1,8 @@
 !> Growing datasets of an HDF5 file: rows are appended at the end. The columns of tables and the fields of frames are such series.
 !>
-!> Life: `create` (all series of a file, before its SWMR mode starts), `open` (after it), `append`, `close`. Rows are (component, row) arrays,
-!> or plain arrays for series of one component. While the file is in SWMR mode each append is handed on at once, unless the series is `held`.
+!> Life: `create` (all series of a file, before its SWMR mode starts), `open` (after it), `append`, `close`. Rows are (component,
+!> row) arrays, or plain arrays for series of one component. While the file is in SWMR mode each append is handed on at once, unless
+!> the series is `held`.
 module rf_hdf5_series
    use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_loc, c_ptr
    use, intrinsic :: iso_fortran_env, only: real32

@@ -1,7 +1,8 @@
 !> History and events: one table, written row by row to a CSV file and to growing datasets of an HDF5 file.
 !>
-!> Order of calls: `create` (makes the CSV file and, in the HDF5 file, GROUP/COLUMN for each column); after the HDF5 file's SWMR mode
-!> has started `start`; then per row `put` for each column in turn and `end_row`; at last `close`. The HDF5 file is the caller's.
+!> Order of calls: `create` (makes the CSV file and, in the HDF5 file, GROUP/COLUMN for each column); after the HDF5 file's SWMR
+!> mode has started `start`; then per row `put` for each column in turn and `end_row`; at last `close`. The HDF5 file is the
+!> caller's.
 module rf_table
    use rf_kinds, only: wp
    use rf_ascii, only: csv_t

@@ -1,12 +1,13 @@
 !> Frames of a run as VTKHDF 2.0, temporal UnstructuredGrid: ParaView (5.12 or newer), VTK and h5py open the file as it is.
 !>
-!> Order of calls: `create`; `add_geometry` whenever nodes or cells have changed (it is stored once while they have not);
-!> per frame `begin_frame`, `point_data`/`cell_data` for the fields, `end_frame`; at last `close`. A field that was declared is in every
-!> frame; one that is not given in a frame keeps its values as long as the geometry is the same (ids, materials).
-!> An error is remembered, the calls after it do nothing, and `end_frame` and `close` hand it back.
+!> Order of calls: `create`; `add_geometry` whenever nodes or cells have changed (it is stored once while they have not); per frame
+!> `begin_frame`, `point_data`/`cell_data` for the fields, `end_frame`; at last `close`. A field that was declared is in every
+!> frame; one that is not given in a frame keeps its values as long as the geometry is the same (ids, materials). An error is
+!> remembered, the calls after it do nothing, and `end_frame` and `close` hand it back.
 !>
-!> The file is in HDF5's single-writer-multiple-reader mode from its first geometry on: whatever happens to the program, finished frames can be
-!> read (h5py with swmr=True, others after `h5clear -s --increment=0 FILE`). A file closed normally is an ordinary one.
+!> The file is in HDF5's single-writer-multiple-reader mode from its first geometry on: whatever happens to the program, finished
+!> frames can be read (h5py with swmr=True, others after `h5clear -s --increment=0 FILE`). A file closed normally is an ordinary
+!> one.
 module rf_vtkhdf
    use, intrinsic :: iso_fortran_env, only: real32
    use rf_kinds, only: wp, i1, i8
@@ -295,7 +296,8 @@ contains
       integer(i1), allocatable :: kind(:)
       integer :: i, j, m, status
       m = this%nodes_per_cell
-      allocate (ids(max(size(cells), this%n_cells + 1)), kind(this%n_cells), stat=status)
+      allocate (ids(max(size(cells), this%n_cells + 1)), stat=status)
+      if (status == 0) allocate (kind(this%n_cells), stat=status)
       if (status /= 0) then
          error = this%file%path//': no memory for a copy of the cells'
          return
@@ -475,8 +477,8 @@ contains
       if (allocated(this%failure)) error = this%failure
    end subroutine end_frame
 
-   !> Enter the frame into the list of time steps. VTK (9.7) overruns its memory where there are more times than NSteps, so nothing of this is written
-   !> before the frame is complete, the time comes last, and one flush hands on all of it.
+   !> Enter the frame into the list of time steps. VTK (9.7) overruns its memory where there are more times than NSteps, so nothing
+   !> of this is written before the frame is complete, the time comes last, and one flush hands on all of it.
    subroutine write_step(this, error)
       class(vtkhdf_file_t), intent(inout) :: this
       character(len=:), allocatable, intent(out) :: error
