@@ -203,7 +203,7 @@ contains
       type(position_t), intent(in) :: position
       logical, intent(in) :: changed
       character(len=:), allocatable, intent(out) :: error
-      real(wp), allocatable :: x(:, :), u(:, :), stress(:, :), node_stress(:, :)
+      real(wp), allocatable :: x(:, :), u(:, :), stress(:, :), internal(:, :)
       integer, allocatable :: connectivity(:, :), sides(:, :)
       integer :: e, n, s, ends(2, 2)
       type(field_t), allocatable :: fields(:)
@@ -229,12 +229,12 @@ contains
             call self%apdl_file%end_geometry(error)
             if (allocated(error)) return
          end if
-         call point_fields(fields)
-         allocate (u(2, mesh%n_nodes), node_stress(6, mesh%n_nodes), stress(6, mesh%n_nodes))
-         call fields(3)%fill(model, node_stress)
+         call cell_fields(fields)
+         allocate (u(2, mesh%n_nodes), internal(6, mesh%n_elements), stress(6, mesh%n_elements))
+         call fields(1)%fill(model, internal)
+         stress(:, mesh%element_rank(:mesh%n_elements)) = internal
          do n = 1, mesh%n_nodes
             u(:, mesh%node_rank(n)) = [model%motion%ux(n), model%motion%uy(n)]
-            stress(:, mesh%node_rank(n)) = node_stress(:, n)
          end do
       end associate
       call self%apdl_file%add_frame(position%time, u, stress, error)
