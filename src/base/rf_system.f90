@@ -20,7 +20,8 @@ module rf_system
    integer, parameter :: first_chunk = 65536
    !> permissions of a new folder, cut down by the user's mask: rwxrwxrwx
    integer(c_int), parameter :: folder_mode = 511_c_int
-   integer(c_int), volatile, save :: last_signal = 0
+   !> set by the handler, at any moment (a module variable: a handler has no other place to write to)
+   integer(c_int), volatile :: last_signal = 0
 
    interface
       function c_isatty(descriptor) bind(c, name='isatty') result(status)
