@@ -128,7 +128,7 @@ contains
       character(len=*), intent(in) :: about
       type(selection_t) :: selection
       character(len=:), allocatable :: name, problem
-      call card%field_name(merge('element or set', 'node or set   ', catalogue%of_elements), name, about=about)
+      call card%field_name(catalogue%noun()//' or set', name, about=about)
       if (len(name) == 0 .or. card%describing()) return
       call catalogue%resolve(name, selection, problem)
       if (len(problem) > 0) call card%error(problem)

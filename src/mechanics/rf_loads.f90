@@ -82,10 +82,18 @@ contains
       class(loads_t), intent(inout) :: self
       integer, intent(in) :: n_nodes
       call reserve_nodes(self, n_nodes)
-      allocate (self%force(0), self%acting(0), self%ramp(0), self%tag_member(0))
-      self%tag_first = [1]
+      allocate (self%force(0))
+      call start_lists(self)
       if (.not. allocated(self%amplitudes)) allocate (self%amplitudes(0))
    end subroutine prepare
+
+   !> Lists of what acts, empty unless know_faces has begun them.
+   subroutine start_lists(self)
+      class(loads_t), intent(inout) :: self
+      if (allocated(self%acting)) return
+      allocate (self%acting(0), self%ramp(0), self%tag_member(0))
+      self%tag_first = [1]
+   end subroutine start_lists
 
    subroutine reserve_nodes(self, n)
       class(loads_t), intent(inout) :: self
@@ -253,7 +261,7 @@ contains
    end subroutine acting_index
 
    !> Find the element faces that the definitions of any step press on, before anything splits: while P1 to P3 mean what
-   !> the user's node order says. From then on the faces carry their tags through every split.
+   !> the user's node order says. From then on the faces carry their tags through every split. Before or after prepare.
    subroutine know_faces(self, mesh, definitions, turned)
       class(loads_t), intent(inout) :: self
       type(mesh_t), intent(inout) :: mesh
@@ -263,6 +271,7 @@ contains
       logical, intent(in) :: turned(:)
       integer :: i, d
       logical :: is_new
+      call start_lists(self)
       do i = 1, size(definitions)
          if (definitions(i)%kind /= load_element_face) cycle
          call self%acting_index(definitions(i), d, is_new)
