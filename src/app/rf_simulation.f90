@@ -12,7 +12,7 @@ module rf_simulation
    use rf_recorder, only: recorder_t
    use rf_snapshot, only: snapshot_t
    use rf_step_input, only: step_t
-   use rf_log, only: log_t
+   use rf_log, only: log_t, short
    use rf_text, only: to_text
    implicit none
    private
@@ -41,7 +41,7 @@ module rf_simulation
       !> states that were taken above the tolerance; the largest utilisation that a settled state left
       integer :: not_converged = 0
       real(wp) :: largest_settled = 0
-      type(position_t), private :: position
+      type(position_t) :: position
       !> total time at the start of the step
       real(wp), private :: time_before = 0
       !> events of this step; the step, or the run, is over before its last increment
@@ -87,7 +87,7 @@ contains
       self%last%fraction = 0
       self%model%relaxation%settings = self%relaxation(s)
       self%model%failure%settings = self%fracture(s)
-      call self%model%loads%begin_step(self%model%mesh, pack(self%loads, self%loads%step == s), self%replaced(:, s), &
+      call self%model%loads%begin_step(self%model%mesh, pack(self%loads, starts_with(self, s)), self%replaced(:, s), &
                                        self%model%reaction)
       do i = 1, self%steps(s)%n_increments
          self%position%increment = i
@@ -97,6 +97,19 @@ contains
       end do
       self%time_before = self%position%time
    end subroutine run_step
+
+   !> Which loads and supports a step brings: its own; the first one also those before the steps, unless it replaces them.
+   pure function starts_with(self, s) result(which)
+      type(simulation_t), intent(in) :: self
+      integer, intent(in) :: s
+      logical :: which(size(self%loads))
+      integer :: i
+      which = self%loads%step == s
+      if (s > 1) return
+      do i = 1, size(self%loads)
+         if (self%loads(i)%step == 0) which(i) = .not. self%replaced(self%loads(i)%kind, 1)
+      end do
+   end function starts_with
 
    !> One increment: equilibrium at its load; where that overshoots, the first event at the load at which it happens;
    !> then all events, one at a time, until nothing fails.
@@ -119,7 +132,9 @@ contains
             call self%last%restore(self%model)
             cycle
          end if
+         self%position%located = .true.
          call self%settle()
+         self%position%located = .false.
          if (self%run_over .or. self%step_over) return
          call self%go_to(fraction, usable)
          if (.not. usable) return
@@ -375,9 +390,9 @@ contains
       force = self%recorder%monitor_reaction(self%model, self%model%failure%settings%monitor)
       if (dot_product(force, self%peak_direction) > (1 - drop)*self%peak) return
       self%step_over = .true.
-      call self%log%line('step '//to_text(self%position%step)//' stopped: STOP DROP='//to_text(drop)//', the reaction has fallen to ' &
-                         //self%log%short(dot_product(force, self%peak_direction))//' from its peak of '// &
-                         self%log%short(self%peak))
+      call self%log%line('step '//to_text(self%position%step)//' stopped: STOP DROP='//to_text(drop)// &
+                         ', the reaction has fallen to '//short(dot_product(force, self%peak_direction))//' from its peak of '// &
+                         short(self%peak))
    end subroutine watch_drop
 
    !> A piece that loads drive comes to no rest: the expected end under load control. The last equilibrium is the answer.
@@ -390,7 +405,7 @@ contains
       end do
       call self%log%line('stopped: mechanism. Fragment '//to_text(self%model%relaxation%piece)//' (node '// &
                          to_text(self%model%mesh%node_id(n))//') comes to no rest at load factor '// &
-                         self%log%short(self%position%load_factor)//'; the last equilibrium is kept')
+                         short(self%position%load_factor)//'; the last equilibrium is kept')
       call self%last%restore(self%model)
       call self%recorder%state_not_converged(self%model, self%position, error)
       self%run_over = .true.
@@ -406,7 +421,7 @@ contains
       associate (relaxation => self%model%relaxation)
          self%message = 'the relaxation of step '//to_text(self%position%step)//', increment '// &
                         to_text(self%position%increment)//' reached MAX ITERATIONS='// &
-                        to_text(relaxation%settings%max_iterations)//' with a residual of '//self%log%short(relaxation%residual)// &
+                        to_text(relaxation%settings%max_iterations)//' with a residual of '//short(relaxation%residual)// &
                         '; above 100 x TOLERANCE a state is not taken unless *RELAXATION says CONTINUE=YES'
       end associate
       call self%recorder%state_not_converged(self%model, self%position, error)

@@ -106,6 +106,7 @@ contains
       type(material_t), intent(in) :: material
       integer, intent(in) :: element
       integer :: m
+      if (mesh%section(element) == 0) return      ! a deck with errors: its reading goes on
       m = material%section(mesh%section(element))%material
       self%element_strength(1, element) = self%strength(m)%tensile*material%strength_factor(element)
       self%element_strength(2, element) = self%strength(m)%cohesion*material%strength_factor(element)

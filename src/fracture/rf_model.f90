@@ -6,7 +6,7 @@ module rf_model
    use rf_topology, only: changes_t
    use rf_material, only: material_t
    use rf_rows, only: rows_t
-   use rf_contact, only: contact_t
+   use rf_contact, only: contact_t, pair_open
    use rf_loads, only: loads_t
    use rf_motion, only: motion_t
    use rf_pieces, only: pieces_t
@@ -18,6 +18,9 @@ module rf_model
    implicit none
    private
    public :: model_t
+
+   !> slip, in mean edge lengths, up to which node pairs hold
+   real(wp), parameter :: far_slip = 0.2_wp
 
    type :: model_t
       type(mesh_t) :: mesh
@@ -34,6 +37,8 @@ module rf_model
       real(wp), allocatable :: reaction(:, :)
       !> events so far, in all, in tension and in shear
       integer :: events = 0, events_tension = 0, events_shear = 0
+      !> first node whose contact slipped by more than node pairs hold for (0: none)
+      integer :: slip_warning_node = 0
       !> what the last event changed
       type(changes_t) :: changes
    contains
@@ -45,6 +50,7 @@ contains
    !> Everything that follows from mesh, sections, strengths and loads; displacements are zero.
    subroutine prepare(self)
       class(model_t), intent(inout) :: self
+      call self%loads%prepare(self%mesh%n_nodes)
       call self%rows%build(self%mesh, self%material)
       call self%motion%reserve(self%mesh%n_nodes)
       call self%contact%rebuild(self%mesh, self%material, self%motion)
@@ -70,7 +76,21 @@ contains
       real(wp) :: friction_work
       call self%contact%settle(self%motion, self%relaxation%b, friction_work)
       call self%energy%accept(self%loads, self%motion, self%reaction, friction_work, self%mesh%n_nodes, at_event)
+      if (self%slip_warning_node == 0) self%slip_warning_node = far_slipped_node(self)
    end subroutine accept
+
+   !> The first node whose pair is in contact and has slipped by a good part of the element size; 0 if there is none.
+   integer function far_slipped_node(self) result(node)
+      type(model_t), intent(in) :: self
+      integer :: p
+      node = 0
+      do p = 1, self%contact%n_pairs
+         if (self%contact%state(p, self%relaxation%b) == pair_open) cycle
+         if (abs(self%contact%slip(self%motion, p)) <= far_slip*self%mesh%mean_edge) cycle
+         node = self%contact%pair(1, p)
+         return
+      end do
+   end function far_slipped_node
 
    !> Split as planned, and let everything that is attached follow.
    subroutine split(self, plan, fraction, time)

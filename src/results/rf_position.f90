@@ -17,6 +17,8 @@ module rf_position
       real(wp) :: time = 0, load_factor = 0
       !> it is the last increment of its step
       logical :: last = .false.
+      !> the load is that of the increment's first event, not its own
+      logical :: located = .false.
    end type position_t
 
 end module rf_position
