@@ -17,7 +17,7 @@ function(rfem_unit_test name)
   file(MAKE_DIRECTORY ${folder})
   add_pfunit_ctest(${name}
     TEST_SOURCES ${name}.pf
-    LINK_LIBRARIES rfem_app
+    LINK_LIBRARIES rfem_app rfem_test_meshes
     WORKING_DIRECTORY ${folder}
     LABELS unit)
   target_compile_options(${name} PRIVATE -ffree-line-length-none)

@@ -32,7 +32,7 @@ module rf_recovery
 contains
 
    !> Stress and strength at a node, from the elements of one material [stress].
-   subroutine node_stress(mesh, material, element_stress, element_strength, node, which, work, stress, strength)
+   subroutine node_stress(mesh, material, element_stress, element_strength, node, which, fit, work, stress, strength)
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
       !> stresses of the elements, tension positive, (3, elements); their strength, (3, elements)
@@ -40,6 +40,8 @@ contains
       integer, intent(in) :: node
       !> number of the material
       integer, intent(in) :: which
+      !> take the patch where it can be fitted, else the mean over the fan
+      logical, intent(in) :: fit
       type(patch_work_t), intent(inout) :: work
       real(wp), intent(out) :: stress(3), strength(3)
       real(wp) :: total, area
@@ -57,7 +59,7 @@ contains
       end do
       stress = stress/total
       strength = strength/total
-      if (.not. work%at_tip) call fit_plane(mesh, element_stress, node, work, stress)
+      if (fit .and. .not. work%at_tip) call fit_plane(mesh, element_stress, node, work, stress)
    end subroutine node_stress
 
    !> Materials that meet at a node, ascending.
@@ -110,13 +112,14 @@ contains
       do i = 1, n
          call join(work%around(i))
       end do
+      call sort(work%patch(:work%n_patch))     ! sums do not depend on where a walk began
       work%n_fan = work%n_patch
       call grow(work%fan, work%n_fan)
       work%fan(:work%n_fan) = work%patch(:work%n_fan)
       do i = 1, work%n_fan
          do k = 1, 3
             corner = mesh%connectivity(k, work%fan(i))
-            if (corner == node) cycle
+            if (corner == node .or. mesh%hinge(corner)) cycle      ! beyond a hinge is another part of the body
             call elements_around(mesh, corner, work%around, n)
             if (is_tip(mesh, corner, work%around(:n))) cycle      ! round it lies the other side of the crack
             do j = 1, n
@@ -124,7 +127,7 @@ contains
             end do
          end do
       end do
-      call sort(work%patch(:work%n_patch))     ! sums do not depend on where a walk began
+      call sort(work%patch(:work%n_patch))
 
    contains
 
