@@ -32,6 +32,9 @@ module rf_relaxation
    real(wp), parameter :: loose_keep = 0.8_wp
    !> part of the largest scale of any converged state that the scale never falls below
    real(wp), parameter :: scale_memory = 0.02_wp
+   !> a residual below this part of the largest force of the relaxation is round-off: a body that was never loaded and
+   !> ends without load (a cut bar that is pulled apart) has no other scale
+   real(wp), parameter :: round_off = 1.0e-12_wp
    !> contact impulses stand when they change by less, relative to the largest; and in units of the tolerance
    real(wp), parameter :: contact_tolerance = 1.0e-6_wp, contact_fraction = 0.01_wp
    !> movement, in mean edge lengths, from which a piece that does not come to rest is a mechanism
@@ -90,7 +93,7 @@ contains
       type(motion_t), intent(inout) :: motion
       !> residual relative to the scale of forces at which the state is taken [-]
       real(wp), intent(in) :: tolerance
-      real(wp) :: sums(n_sums), applied, scale, c, lowest, kinetic_before
+      real(wp) :: sums(n_sums), applied, largest, scale, c, lowest, kinetic_before
       integer(i8) :: ticks(2), rate
       real(wp), allocatable :: start_x(:), start_y(:)
       logical :: at_rest
@@ -104,6 +107,7 @@ contains
       applied = sqrt(dot_product(loads%px(:mesh%n_nodes), loads%px(:mesh%n_nodes)) &
                      + dot_product(loads%py(:mesh%n_nodes), loads%py(:mesh%n_nodes)))
       scale = 0
+      largest = 0
       c = 0
       lowest = 0
       kinetic_before = 0
@@ -114,7 +118,8 @@ contains
          call self%step(mesh, rows, contact, loads, motion, c, at_rest, tolerance)
          call self%sum_up(rows, contact, sums)
          if (.not. ieee_is_finite(sum(sums))) exit
-         scale = max(applied, sqrt(sums(sum_reaction)), scale_memory*self%largest_scale)
+         largest = max(largest, sqrt(sums(sum_residual) + sums(sum_reaction)))
+         scale = max(applied, sqrt(sums(sum_reaction)), scale_memory*self%largest_scale, round_off*largest/tolerance)
          if (sqrt(sums(sum_residual)) <= tolerance*scale) exit
          if (self%iterations >= self%settings%max_iterations) exit
          call self%next_damping(sums, sqrt(sums(sum_residual)) > viscous_look*tolerance*scale, lowest, c)
