@@ -206,7 +206,7 @@ contains
    end subroutine relax
 
    !> The load at which the increment's first event happens: utilisation between 1 and 1 + OVERSHOOT, by false position
-   !> (Illinois) between the increment's ends. Probes start from the last equilibrium and leave nothing behind.
+   !> (Illinois; theory: eq. 36) between the increment's ends. Probes start from the last equilibrium and leave nothing behind.
    subroutine locate_first_event(self, end_fraction, at_start, usable)
       class(simulation_t), intent(inout) :: self
       real(wp), intent(in) :: end_fraction, at_start
@@ -381,7 +381,7 @@ contains
       self%peak_direction = force/self%peak
    end subroutine watch_peak
 
-   !> STOP DROP: the step ends when the reaction has fallen by that part of its peak.
+   !> STOP DROP: the step ends when the reaction has fallen by that part of its peak (theory: eq. 37).
    subroutine watch_drop(self)
       class(simulation_t), intent(inout) :: self
       real(wp) :: force(2), drop

@@ -40,7 +40,8 @@ contains
       model%relaxation%largest_scale = self%largest_scale
    end subroutine restore
 
-   !> Displacements on the line through two states, where it reaches a fraction of the step: the start of a relaxation.
+   !> Displacements on the line through two states, where it reaches a fraction of the step: the start of a relaxation
+   !> (theory: eq. 16).
    subroutine interpolate(self, other, fraction, model)
       class(snapshot_t), intent(in) :: self
       type(snapshot_t), intent(in) :: other

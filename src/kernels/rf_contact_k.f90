@@ -14,7 +14,7 @@ module rf_contact_k
 
 contains
 
-   !> Impulses that keep all pairs from interpenetrating and within Coulomb friction (theory: eqs. 12 to 14), applied
+   !> Impulses that keep all pairs from interpenetrating and within Coulomb friction (theory: eqs. 17 to 22), applied
    !> to velocities and new displacements; residuals of the contact nodes with the contact forces in.
    subroutine contact_step(n_groups, group_pair, group_node, node, pair_node, normal, normal_weight, tangent_weight, &
                            friction, cohesion, slip_reference, tolerance, b, counted, inverse_mass, free_x, free_y, &

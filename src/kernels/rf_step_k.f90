@@ -18,7 +18,7 @@ module rf_step_k
 
 contains
 
-   !> Forces of one block's nodes, f_i = sum_j K_ij (u_j - u_i) (theory: eq. 4).
+   !> Forces of one block's nodes, f_i = sum_j K_ij (u_j - u_i) (theory: eq. 5).
    subroutine block_forces(n, depth, jag, order, column, kxx, kxy, kyx, kyy, ux, uy, fx, fy)
       !> nodes of the block, largest number of neighbours
       integer, intent(in) :: n, depth
@@ -86,7 +86,7 @@ contains
       !$omp end parallel do
    end subroutine internal_forces
 
-   !> One relaxation step of all nodes: v <- a v + b r/m, new u = u + v, r = p - f (theory: eq. 8).
+   !> One relaxation step of all nodes: v <- a v + b r/m, new u = u + v, r = p - f (theory: eqs. 7 to 9).
    !> Blocks flagged as special hold supports, contact nodes or loose pieces, or damp locally; the others run the plain update.
    subroutine relaxation_step(n_nodes, n_blocks, first, count, depth, special, jag, order, column, kxx, kxy, kyx, kyy, &
                               a, b, local, ux, uy, wx, wy, vx, vy, fx, fy, px, py, inverse_mass, &

@@ -1,4 +1,4 @@
-!> Node rows: the triangles turned into the paper's equation (4), f_i = sum_j K_ij (u_j - u_i), in blocks of nodes
+!> Node rows: the triangles turned into the paper's equation (4), f_i = sum_j K_ij (u_j - u_i) (theory: eq. 5), in blocks of nodes
 !> whose rows lie as jagged diagonals (rf_step_k). A split rebuilds the blocks of the nodes it touched, nothing else.
 module rf_rows
    use rf_kinds, only: wp, i8
@@ -13,7 +13,7 @@ module rf_rows
    private
    public :: rows_t
 
-   !> safety of the fictitious mass over the Gershgorin bound of stability for dt = 1: m >= g/4
+   !> safety of the fictitious mass over the Gershgorin bound of stability for dt = 1: m >= g/4 (theory: eq. 10)
    real(wp), parameter :: mass_factor = 1.05_wp/4.0_wp
    !> room for entries that a block gets when it must move
    real(wp), parameter :: block_margin = 1.25_wp
