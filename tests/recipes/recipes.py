@@ -1,8 +1,8 @@
 """The recipes of docs/developer.md: taken out of the page, applied to a copy of the project.
 
-A fenced block whose first line says `file=PATH` is a recipe. ```diff blocks change a file: lines with `+` are new, lines
-with `-` go, others show where; `@@` separates places. What a place shows (`-` and other lines) must stand in the file once,
-line after line. Any other block is a new file.
+A fenced block whose first line says `file=PATH` is a recipe. ```diff blocks change a file: lines with `+` are new,
+lines with `-` go, others show where; `@@` separates places. What a place shows (all but the lines with `+`) must stand in the
+file once, line after line. Any other block is a new file.
 """
 
 import re
@@ -25,9 +25,7 @@ def patched(text, diff, path):
         new = "".join(line[1:] + "\n" for line in lines if line[0] != "-")
         found = ("\n" + text).count("\n" + old)
         if not old or found != 1:
-            raise ValueError(
-                f"docs/developer.md: place {number} of the change of {path} is there {found} times, not once:\n{old}"
-            )
+            raise ValueError(f"docs/developer.md, place {number} in {path}: there {found} times, not once:\n{old}")
         at = ("\n" + text).index("\n" + old)
         text = text[:at] + new + text[at + len(old) :]
     return text
@@ -56,7 +54,7 @@ def apply(files, page):
 
 
 def write(files, folder):
-    """Make a folder hold these files and no others; what is right already stays untouched, so that little is rebuilt."""
+    """Make a folder hold these files and no others. What is right already is not touched, so that little is rebuilt."""
     for part in PARTS:
         root = folder / part
         for path in root.rglob("*") if root.is_dir() else []:
