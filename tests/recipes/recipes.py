@@ -1,8 +1,8 @@
 """The recipes of docs/developer.md: taken out of the page, applied to a copy of the project.
 
 A fenced block whose first line says `file=PATH` is a recipe. ```diff blocks change a file: lines with `+` are new,
-lines with `-` go, others show where; `@@` separates places. What a place shows (all but the lines with `+`) must stand in the
-file once, line after line. Any other block is a new file.
+lines with `-` go, others show where; `@@` separates places. What a place shows (all but the lines with `+`) must stand
+in the file once, line after line. Any other block is a new file.
 """
 
 import re

@@ -81,10 +81,14 @@ def test_links_lead_somewhere(page):
 def decks():
     """Complete decks that the pages show (a recipe's deck, with `file=` in its first line, has a test of its own)."""
     for page in PAGES:
-        blocks = re.findall(r"^```(.*)\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+        blocks = re.findall(r"^```([^\n]*)\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
         for info, block in blocks:
             if info in ("", "inp") and "*END STEP" in block.upper():
                 yield page.name, block
+
+
+def test_pages_show_decks():
+    assert {page for page, _ in decks()} >= {"README.md", "deck.md"}
 
 
 @pytest.mark.parametrize(("page", "deck"), list(decks()))
