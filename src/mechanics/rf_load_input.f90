@@ -337,10 +337,11 @@ contains
       end if
       call card%field_skip('nz')
       if (card%line_failed .or. card%describing()) return
-      if (.not. norm2(direction) > 0) then
+      if (.not. maxval(abs(direction)) > 0) then
          call card%error('gravity needs a direction in the plane: nx and ny are both 0')
          return
       end if
+      direction = direction/maxval(abs(direction)) ! so that squares can neither vanish nor overflow
       m = material_without_density(definition, mesh, material)
       if (m > 0) call card%error('gravity needs the density of material '//trim(material%name(m))//': *DENSITY is missing')
       do i = 1, 2

@@ -202,7 +202,8 @@ contains
       call card%field_real('nx', section%normal(1), about='normal of the line, of any length')
       call card%field_real('ny', section%normal(2), about='normal of the line')
       if (card%line_failed .or. card%describing()) return
-      if (norm2(section%normal) > 0) then
+      if (maxval(abs(section%normal)) > 0) then
+         section%normal = section%normal/maxval(abs(section%normal)) ! so that squares can neither vanish nor overflow
          section%normal = section%normal/norm2(section%normal)
       else
          call card%error('the normal of a section must not be 0, 0')
