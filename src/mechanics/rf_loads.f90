@@ -124,7 +124,7 @@ contains
    end function is_held
 
    !> Start a step: everything that acts goes on from its present value; the step's definitions replace or join it.
-   subroutine begin_step(self, mesh, definitions, replaced, reaction)
+   subroutine begin_step(self, mesh, definitions, replaced, reaction, ux, uy)
       class(loads_t), intent(inout) :: self
       type(mesh_t), intent(inout) :: mesh
       !> definitions of this step, in the deck's order
@@ -133,13 +133,16 @@ contains
       logical, intent(in) :: replaced(:)
       !> reactions of the supports now [force], (2, nodes)
       real(wp), intent(in) :: reaction(:, :)
+      !> displacements now [length], (nodes): where a new support takes hold
+      real(wp), intent(in) :: ux(:), uy(:)
       integer :: i, n, d
       do n = 1, mesh%n_nodes
-         self%support(1, n) = held_at(self%cx(n))
-         self%support(2, n) = held_at(self%cy(n))
+         self%support(1, n) = held_at(merge(ux(n), self%cx(n), self%free_x(n) > 0.5_wp))
+         self%support(2, n) = held_at(merge(uy(n), self%cy(n), self%free_y(n) > 0.5_wp))
       end do
       do i = 1, self%n_forces
          self%force(i)%ramp = held_at(self%force(i)%ramp%now)
+         if (self%force(i)%definition == 0) self%force(i)%ramp%to = 0      ! what a released support still bears goes on falling
       end do
       do d = 1, self%n_acting
          self%ramp(d) = held_at(self%ramp(d)%now)
@@ -195,13 +198,23 @@ contains
       end do
    end subroutine drop
 
+   !> Whether a definition means a node: by its set, or as the node it names or one of that node's copies.
    pure logical function acts_on_node(definition, mesh, node)
       type(load_definition_t), intent(in) :: definition
       type(mesh_t), intent(in) :: mesh
       integer, intent(in) :: node
-      acts_on_node = definition%entity == node
-      if (definition%set > 0) acts_on_node = mesh%node_in_set(node, definition%set)
+      acts_on_node = mesh%node_in_set(node, definition%set)
+      if (definition%entity > 0) acts_on_node = mesh%node_origin(node) == mesh%node_origin(definition%entity)
    end function acts_on_node
+
+   !> Whether a definition means an element: by its set, or as the element it names or one cut from that.
+   pure logical function acts_on_element(definition, mesh, element)
+      type(load_definition_t), intent(in) :: definition
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: element
+      acts_on_element = mesh%element_in_set(element, definition%set)
+      if (definition%entity > 0) acts_on_element = mesh%element_origin(element) == mesh%element_origin(definition%entity)
+   end function acts_on_element
 
    !> Let a definition act: it takes the place of one with the same target, or joins.
    subroutine act(self, mesh, definition)
@@ -342,8 +355,7 @@ contains
             else
                face = k
                if (present(turned)) face = merge(4 - k, k, turned(e))
-               hit = face == self%acting(d)%first_dof .and. &
-                     (e == self%acting(d)%entity .or. mesh%element_in_set(e, self%acting(d)%set))
+               hit = face == self%acting(d)%first_dof .and. acts_on_element(self%acting(d), mesh, e)
             end if
             if (hit) mesh%face_tag(k, e) = self%new_tag(mesh%face_tag(k, e), d)
          end do
@@ -452,7 +464,7 @@ contains
          if (self%acting(d)%kind /= load_gravity) cycle
          g = self%ramp(d)%now
          do e = 1, mesh%n_elements
-            if (.not. (mesh%element_in_set(e, self%acting(d)%set) .or. e == self%acting(d)%entity)) cycle
+            if (.not. acts_on_element(self%acting(d), mesh, e)) cycle
             associate (section => material%section(mesh%section(e)), corner => mesh%connectivity(:, e))
                third = g*section%density*section%thickness*mesh%area(e)/3
                self%px(corner) = self%px(corner) + third*self%acting(d)%direction(1)
@@ -474,8 +486,12 @@ contains
          a = changes%parent(1, i)
          b = changes%parent(2, i)
          call reserve_nodes(self, n)
-         self%cx(n) = 0
-         self%cy(n) = 0
+         self%cx(n) = self%cx(a)
+         self%cy(n) = self%cy(a)
+         if (b > 0) then
+            self%cx(n) = 0.5_wp*(self%cx(a) + self%cx(b))
+            self%cy(n) = 0.5_wp*(self%cy(a) + self%cy(b))
+         end if
          do dof = 1, 2
             self%support(dof, n) = self%support(dof, a)
             held = self%is_held(dof, a)
@@ -487,9 +503,6 @@ contains
             if (dof == 1) self%free_x(n) = merge(0.0_wp, 1.0_wp, held)
             if (dof == 2) self%free_y(n) = merge(0.0_wp, 1.0_wp, held)
          end do
-         if (b > 0) cycle
-         self%cx(n) = self%cx(a)
-         self%cy(n) = self%cy(a)
       end do
       do i = 1, changes%n_nodes
          if (changes%parent(2, i) == 0) call share_forces(self, changes, i)
