@@ -99,7 +99,7 @@ contains
       type(card_t), intent(inout) :: card
       type(step_t), intent(inout) :: step
       real(wp) :: ratio
-      if (step%total_time > most_increments*step%first_increment) then
+      if (step%total_time/most_increments > step%first_increment) then
          call card%error('the step has too many increments: total/first increment may be '//to_text(nint(most_increments))// &
                          ' at most')
          return

@@ -15,6 +15,9 @@ module rf_material_input
    private
    public :: read_materials, material_of
 
+   !> Young's modulus with which the plane constants stay within the range of numbers for any Poisson's ratio [stress]
+   real(wp), parameter :: largest_modulus = 1.0e280_wp
+
    !> a material as the deck gives it
    type :: draft_t
       type(section_t) :: section
@@ -103,6 +106,9 @@ contains
             if (.not. card%needs_line('E, nu')) cycle
             call card%field_real('E', this%section%young, above=0.0_wp, unit='stress', about='Young''s modulus')
             call card%field_real('nu', this%section%poisson, above=-1.0_wp, below=0.5_wp, about='Poisson''s ratio')
+            if (this%section%young < largest_modulus) cycle
+            call card%error('E is too large to be computed with')
+            this%section%young = 1
          end associate
       end do
       if (deck%describing() .or. may_be_misspelt(card, 'ELASTIC')) return

@@ -210,8 +210,8 @@ contains
       end if
       if (card%line_failed .or. mesh%n_nodes == 0) return
       allocate (distance(mesh%n_nodes))
-      distance = (mesh%x(1, :mesh%n_nodes) - section%point(1))*section%normal(1) &
-                 + (mesh%x(2, :mesh%n_nodes) - section%point(2))*section%normal(2)
+      distance = (0.25_wp*mesh%x(1, :mesh%n_nodes) - 0.25_wp*section%point(1))*section%normal(1) &
+                 + (0.25_wp*mesh%x(2, :mesh%n_nodes) - 0.25_wp*section%point(2))*section%normal(2) ! cannot overflow
       if (minval(distance) >= 0 .or. maxval(distance) <= 0) call card%warning('the section does not cut the body')
    end subroutine read_section_line
 
