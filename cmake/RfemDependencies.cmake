@@ -1,8 +1,7 @@
 # What rfem builds on. Each is looked for in the order written here; what is missing is named with its Debian package.
 #   OpenMP  required   from the compiler
 #   HDF5    required   1. a target hdf5::hdf5_fortran of an enclosing project  2. CMake's FindHDF5 (HDF5_ROOT, h5fc)
-#   METIS   optional   1. METIS_ROOT, CMAKE_PREFIX_PATH  2. pkg-config  3. the system's folders; without it, HILBERT is
-#                      the best internal numbering
+#   METIS   optional   1. METIS_ROOT, CMAKE_PREFIX_PATH  2. pkg-config  3. the system's folders
 
 find_package(OpenMP COMPONENTS Fortran)
 if(NOT OpenMP_Fortran_FOUND)

@@ -23,11 +23,11 @@ from PIL import Image
 from rfem_fields import FieldValues, Units, field_names, field_values, parse_units
 from rfem_frames import CRACK_MODES, Frame
 from rfem_geometry import auto_scale, extent, model_size, outline
-from rfem_io import ResultsError
 from rfem_results import Results
-from rfem_style import STYLE, number_text
+from rfem_style import STYLE, number_text, writing
 
 MESH_LINES_UP_TO = 20_000  # elements; above, mesh lines would cover the field
+CHARACTERS_PER_INCH = 13  # of a title, about
 VECTOR_UP_TO = 5_000  # elements; above, PDF and SVG hold the mesh as an image (text and cracks stay lines)
 MODE_COLORS = {1: "#D55E00", 2: "#0072B2", 0: "#000000"}  # Okabe and Ito: told apart by the colour-blind
 CATEGORY_COLORS = (
@@ -41,8 +41,9 @@ CATEGORY_COLORS = (
     "#0072B2",
     "#D55E00",
 )
+STATE_COLORS = ("#009E73", "#D55E00", "#0072B2")  # open, slip, stick
 BODY_COLOR, MESH_COLOR, OUTLINE_COLOR, UNDEFORMED_COLOR = "#ECE7DB", "#9A958A", "#3A3A3A", "#B4B4B4"
-ONE_SIGN = 0.02  # a field whose other sign stays below this part has the colours of a field of one sign
+FAR_FROM_ZERO = 0.3  # smallest part of largest value from which a field of one sign has its own range
 SIGNED_MAP, POSITIVE_MAP = "RdBu_r", "viridis"
 
 
@@ -107,9 +108,10 @@ def mesh_figure(views: Sequence[View]) -> Figure:
     with mpl.rc_context(STYLE):
         coloring = Coloring.of([view.values for view in views if view.values is not None])
         window = _window(views)
-        figure, axes = _mesh_axes(len(views), window, coloring is not None)
+        figure, axes, room = _mesh_axes(len(views), window, coloring is not None)
         for ax, view in zip(axes, views):
             _draw_view(ax, view, coloring, window)
+            ax.set_title(_mesh_title(view, room), loc="left")
         if coloring is not None:
             _color_bar(figure, axes, coloring, views[0].units, _is_wide(window))
         _crack_legend(figure, views)
@@ -131,8 +133,12 @@ def _is_wide(window: tuple[np.ndarray, np.ndarray]) -> bool:
     return width > 1.3 * height
 
 
-def _mesh_axes(n: int, window: tuple[np.ndarray, np.ndarray], bar: bool) -> tuple[Figure, list[Axes]]:
-    """Figure of a size that suits the model's shape: wide models above each other, others side by side."""
+def _mesh_axes(n: int, window: tuple[np.ndarray, np.ndarray], bar: bool) -> tuple[Figure, list[Axes], int]:
+    """Figure of a size that suits the model's shape: wide models above each other, others side by
+    side.
+
+    Also returned: how many characters of a title have room above one model.
+    """
     width, height = window[1] - window[0]
     wide = _is_wide(window)
     largest = (6.3, 5.0) if wide else (4.6, 5.2)
@@ -140,11 +146,12 @@ def _mesh_axes(n: int, window: tuple[np.ndarray, np.ndarray], bar: bool) -> tupl
     axis = np.array([width, height]) * scale
     rows, columns = (n, 1) if wide else (1, n)
     margin = (0.85, 0.95 + (0.75 if bar else 0.0)) if wide else (0.95 + (0.95 if bar else 0.0), 0.95)
-    size = (max(columns * (axis[0] + 0.55) + margin[0] - 0.4, 3.2), rows * (axis[1] + 0.75) + margin[1] - 0.4)
+    size = (max(columns * (axis[0] + 0.55) + margin[0] - 0.4, 4.4), rows * (axis[1] + 0.75) + margin[1] - 0.4)
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
-    return figure, list(axes.reshape(-1))
+    room = (axis[0] + size[0] / columns) / 2 - (0.5 if bar and not wide else 0.0)
+    return figure, list(axes.reshape(-1)), int(CHARACTERS_PER_INCH * room)
 
 
 def _draw_view(
@@ -164,7 +171,6 @@ def _draw_view(
     ax.set_xlabel(view.units.label("$x$", "length"))
     ax.set_ylabel(view.units.label("$y$", "length"))
     ax.label_outer()
-    ax.set_title(_mesh_title(view), loc="left")
 
 
 def _draw_body(ax: Axes, view: View, coloring: Coloring | None) -> None:
@@ -254,8 +260,8 @@ def _crack_legend(figure: Figure, views: Sequence[View]) -> None:
         )
 
 
-def _mesh_title(view: View) -> str:
-    """Job, frame, time, what the state is, and by how much displacements are enlarged."""
+def _mesh_title(view: View, width: int) -> str:
+    """Job, frame, time, what the state is, how much displacements are enlarged, in lines of `width`."""
     frame = view.frame
     time = f"{number_text(frame.time)} {view.units.time}".rstrip()
     first = [view.job, f"frame {frame.index} of 0\u2013{view.n_frames - 1}", f"time {time}"]
@@ -267,7 +273,19 @@ def _mesh_title(view: View) -> str:
         if len(finite):
             name = view.values.name
             second.append(f"{name} from {number_text(finite.min())} to {number_text(finite.max())}")
-    return ", ".join(first) + "\n" + ", ".join(second)
+    return "\n".join(_lines_of(first, width) + _lines_of(second, width))
+
+
+def _lines_of(parts: list[str], width: int) -> list[str]:
+    """Parts joined by commas, broken into lines of about `width` characters between them."""
+    lines = [parts[0]]
+    for part in parts[1:]:
+        if len(lines[-1]) + len(part) + 2 <= width:
+            lines[-1] += f", {part}"
+        else:
+            lines[-1] += ","
+            lines.append(part)
+    return lines
 
 
 # --- colours ---------------------------------------------------------------------------------------------
@@ -299,21 +317,24 @@ class Coloring:
 
 def _category_coloring(fields: list[FieldValues], present: np.ndarray) -> Coloring | None:
     """One colour for each value; None where there are more values than colours to tell apart."""
-    info = fields[0].info
-    words = dict(info.names)
-    numbers = [number for number, _ in info.names] or [int(value) for value in present]
+    words = dict(fields[0].info.names)
+    numbers = list(words) + [int(value) for value in present if int(value) not in words]
     if not 0 < len(numbers) <= len(CATEGORY_COLORS):
         return None
     colors = list(CATEGORY_COLORS[: len(numbers)])
     if fields[0].name.endswith("mode"):
-        colors = [MODE_COLORS[number] for number in numbers]
+        colors = [MODE_COLORS.get(number, CATEGORY_COLORS[6]) for number in numbers]
     elif fields[0].location == "crack":
-        colors = ["#009E73", "#D55E00", "#0072B2"][: len(numbers)]
-    rank = {number: place for place, number in enumerate(numbers)}
+        colors = [*STATE_COLORS, *CATEGORY_COLORS[4:]][: len(numbers)]
+    order = np.argsort(numbers)
     for item in fields:  # draw the place in the legend, not the number itself
-        item.values = np.array([rank.get(int(value), 0) for value in item.values], dtype=np.float64)
+        values = np.asarray(item.values, dtype=np.float64)
+        places = order[
+            np.searchsorted(np.array(numbers)[order], np.nan_to_num(values)).clip(0, len(order) - 1)
+        ]
+        item.values = np.where(np.isfinite(values), places, np.nan)
     norm = BoundaryNorm(np.arange(len(numbers) + 1) - 0.5, len(numbers))
-    ticks = [(float(rank[number]), words.get(number, str(number))) for number in numbers]
+    ticks = [(float(place), words.get(number, str(number))) for place, number in enumerate(numbers)]
     return Coloring(ListedColormap(colors), norm, "neither", fields, ticks)
 
 
@@ -324,8 +345,9 @@ def _continuous_coloring(fields: list[FieldValues], values: np.ndarray) -> Color
     if high - low > 3 * (inner[1] - inner[0]) > 0:
         low, high = float(inner[0]), float(inner[1])
     scale = fields[0].info.scale
-    if scale == "signed" and (low > -ONE_SIGN * high or high < -ONE_SIGN * low):
-        scale = "plain"  # all but of one sign: half of a diverging map would be wasted
+    nearest, farthest = sorted((abs(low), abs(high)))
+    if scale == "signed" and low * high > 0 and nearest > FAR_FROM_ZERO * farthest:
+        scale = "plain"  # a narrow range far from zero would have one shade of a diverging map
     if scale == "signed":
         high = max(abs(low), abs(high)) or 1.0
         low = -high
@@ -372,10 +394,8 @@ def animate(results: Results, options: MeshOptions, path: Path, seconds: float =
     frames = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     shown = int(min(500, max(40, 1000 * seconds / len(frames))))
     durations = [shown] * (len(frames) - 1) + [2000]
-    try:
+    with writing(path):
         frames[0].save(path, save_all=True, append_images=frames[1:], duration=durations, loop=0)
-    except OSError as error:
-        raise ResultsError(f"{path} cannot be written: {error.strerror or error}") from error
     return path
 
 
@@ -385,13 +405,10 @@ def _palette(coloring: Coloring | None) -> Image.Image:
     colors = [np.array(to_rgb(color)) for color in lines]
     colors += [part * color + 1 - part for color in colors[:2] for part in (0.25, 0.5, 0.75)]
     colors += [np.full(3, grey) for grey in np.linspace(0, 1, 40)]
+    for color in colors[:5]:  # fading into the body
+        colors += [part * color + (1 - part) * colors[2] for part in np.linspace(0.1, 0.9, 8)]
     if coloring is not None:
         colors += [color[:3] for color in coloring.cmap(np.linspace(0, 1, 256 - len(colors)))]
-    else:
-        shades = np.linspace(0, 1, 40)[:, None]
-        for color in colors[:2]:
-            colors += list(shades * color + (1 - shades) * np.array(to_rgb(BODY_COLOR)))
-        colors += list(shades * colors[3] + (1 - shades) * colors[2])
     image = Image.new("P", (1, 1))
     image.putpalette(np.rint(255 * np.array(colors)).astype(np.uint8).tobytes())
     return image
@@ -426,9 +443,12 @@ def _moves(frame: Frame) -> bool:
 
 def _animation_picture(view: View, views: Sequence[View], coloring: Coloring | None, window) -> Image.Image:  # noqa: ANN001
     """One frame as an image; all have the same size, colour bar and legend."""
-    figure, axes = _mesh_axes(1, window, coloring is not None)
+    figure, axes, room = _mesh_axes(1, window, coloring is not None)
     figure.set_dpi(110)
     _draw_view(axes[0], view, coloring, window)
+    lines = max(_mesh_title(other, room).count("\n") for other in views)
+    title = _mesh_title(view, room)
+    axes[0].set_title("\n" * (lines - title.count("\n")) + title, loc="left")  # so that nothing jumps
     if coloring is not None:
         _color_bar(figure, axes, coloring, view.units, _is_wide(window))
     _crack_legend(figure, views)

@@ -208,13 +208,20 @@ class FrameFile(Sequence):
         points = self._root["Points"][first_point : first_point + n_points, :2].astype(np.float64)
         ids = self._root["Connectivity"][first_id : first_id + n_ids]
         types = np.unique(self._root["Types"][first_cell : first_cell + n_cells])
-        width = NODES_OF_CELL.get(int(types[0]), 0) if len(types) == 1 else 3
+        width = NODES_OF_CELL.get(int(types[0]), 0) if len(types) == 1 else self._usual_width()
         if len(types) > 1 or n_ids != n_cells * width:
             raise ResultsError(f"{self.path.name}: frame {index} has cells that are no triangles or segments")
         if n_ids and (ids.min() < 0 or ids.max() >= n_points):
             raise ResultsError(f"{self.path.name}: frame {index} has a cell with a node that does not exist")
         self._geometry = (part, points, ids.reshape(n_cells, width).astype(np.int64))
         return self._geometry[1], self._geometry[2]
+
+    def _usual_width(self) -> int:
+        """Nodes of a cell where a frame has none: as in the file's other frames, else by the file's name."""
+        types = self._root["Types"]
+        if types.shape[0]:
+            return NODES_OF_CELL.get(int(types[0]), 3)
+        return 2 if self.path.stem.endswith("_cracks") else 3
 
     def _complete_frames(self) -> int:
         """Number of frames of which everything is there (a killed run may have written half of the next)."""

@@ -141,6 +141,10 @@ class Results:
     @property
     def frames(self) -> FrameFile:
         """Frames of the mesh (JOB.vtkhdf)."""
+        if not self.path(".vtkhdf").is_file():
+            raise ResultsError(
+                f"{self.path('.vtkhdf')} does not exist: the run wrote no frames in this format"
+            )
         return self._once("frames", lambda: FrameFile(self.path(".vtkhdf")))
 
     @property

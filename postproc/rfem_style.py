@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from pathlib import Path
 
 import matplotlib as mpl
@@ -9,7 +11,7 @@ from matplotlib.figure import Figure
 
 from rfem_io import ResultsError
 
-RASTER_DPI = 300
+DPI = 300
 STYLE = {
     "font.size": 9,
     "axes.titlesize": 9,
@@ -32,9 +34,17 @@ def number_text(value: float) -> str:
 def save(figure: Figure, path: Path) -> Path:
     """Write a figure; the suffix says the format. ResultsError where the file cannot be written."""
     metadata = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(path.suffix, {})
-    with mpl.rc_context(STYLE):
-        try:
-            figure.savefig(path, dpi=RASTER_DPI, bbox_inches="tight", pad_inches=0.05, metadata=metadata)
-        except OSError as error:
-            raise ResultsError(f"{path} cannot be written: {error.strerror or error}") from error
+    with mpl.rc_context(STYLE), writing(path):
+        figure.savefig(path, dpi=DPI, bbox_inches="tight", pad_inches=0.05, metadata=metadata)
     return path
+
+
+@contextlib.contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turn a failure to write `path` (no folder, disk full) into a ResultsError; leave no half file."""
+    try:
+        yield
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            path.unlink()
+        raise ResultsError(f"{path} cannot be written: {error.strerror or error}") from error

@@ -15,7 +15,7 @@ class VtkhdfWriter:
     """Temporal VTKHDF 2.0 UnstructuredGrid: a geometry is stored once, each frame repeats its offsets."""
 
     def __init__(self, path, cell_type, point_fields, cell_fields, swmr=False):
-        self.file = h5py.File(path, "w", libver="latest")
+        self.file = h5py.File(path, "w", libver=("v110", "v110"))  # as HDF5 1.10 writes
         self.cell_type, self.width = cell_type, 3 if cell_type == TRIANGLE else 2
         root = self.root = self.file.create_group("VTKHDF")
         root.attrs.create("Version", np.array([2, 0], dtype=np.int64))
@@ -354,15 +354,33 @@ def history_rows(deflection=0.02, peak=106.2, n=20):
 
 def event_rows(n=12):
     return [
-        dict(  # noqa: C408
-            event=i + 1, step=1, increment=10, time=0.5, load_factor=0.5, node=30 + i, x=200.0, y=6.0 * i,
-            mode="tension" if i < 9 else "shear", sigma1=0.1, sigma3=-4.6, utilisation=1.02,
-            direction_deg=90.0, element=100 + i, type=("edge", "I", "II", "III")[i % 4], new_nodes=2, new_elements=2,
-            released_energy=1e-3, iterations=2000, PLATEN_rf1=0.0, PLATEN_rf2=-106.0 + 7 * i,
-            CMOD_rf1=0.0, CMOD_rf2=0.0,
-        )
+        {
+            "event": i + 1,
+            "step": 1,
+            "increment": 10,
+            "time": 0.5,
+            "load_factor": 0.5,
+            "node": 30 + i,
+            "x": 200.0,
+            "y": 6.0 * i,
+            "mode": "tension" if i < 9 else "shear",
+            "sigma1": 0.1,
+            "sigma3": -4.6,
+            "utilisation": 1.02,
+            "direction_deg": 90.0,
+            "element": 100 + i,
+            "type": ("edge", "I", "II", "III")[i % 4],
+            "new_nodes": 2,
+            "new_elements": 2,
+            "released_energy": 1e-3,
+            "iterations": 2000,
+            "PLATEN_rf1": 0.0,
+            "PLATEN_rf2": -106.0 + 7 * i,
+            "CMOD_rf1": 0.0,
+            "CMOD_rf2": 0.0,
+        }
         for i in range(n)
-    ]  # fmt: skip
+    ]
 
 
 def write_tables(
@@ -384,7 +402,7 @@ def write_tables(
                 writer.writerows(rows)
     if not h5:
         return
-    with h5py.File(directory / f"{job}.h5", "w", libver="latest") as file:
+    with h5py.File(directory / f"{job}.h5", "w", libver=("v110", "v110")) as file:
         group = file.create_group("rfem")
         group.attrs["version"] = "0.1.0"
         group.attrs["threads"] = 2

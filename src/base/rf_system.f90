@@ -1,12 +1,13 @@
 !> The operating system: files and folders, terminal, signals, environment. The one file that calls C's library for them.
 module rf_system
-   use, intrinsic :: iso_c_binding, only: c_char, c_funloc, c_funptr, c_int, c_null_char, c_ptr, c_size_t, &
-      c_associated
+   use, intrinsic :: iso_c_binding, only: c_char, c_funloc, c_funptr, c_int, c_intptr_t, c_null_char, &
+      c_null_funptr, c_ptr, c_size_t, c_associated
    use rf_kinds, only: i8
    implicit none
    private
    public :: is_terminal, path_exists, is_folder, is_readable, read_whole, make_folders, rename_file, remove_file, sync_file, &
-      real_path, host_name, environment, process_id, exit_program, catch_signals, caught_signal, read_ok, read_missing, &
+      real_path, host_name, environment, process_id, exit_program, catch_signals, caught_signal, &
+      refuse_large_files, read_ok, read_missing, &
       read_folder, read_refused, read_failed, read_too_large, largest_file
 
    !> what read_whole found
@@ -15,12 +16,15 @@ module rf_system
    integer, parameter :: largest_file = 1073741823
 
    integer(c_int), parameter :: may_exist = 0, may_read = 4
-   integer(c_int), parameter :: signal_interrupt = 2, signal_terminate = 15
+   integer(c_int), parameter :: signal_interrupt = 2, signal_terminate = 15, signal_file_size = 25
+   !> SIG_IGN of signal.h: the handler that does nothing
+   integer(c_intptr_t), parameter :: ignoring = 1_c_intptr_t
    integer, parameter :: longest_path = 4096
    integer, parameter :: first_chunk = 65536
    !> permissions of a new folder, cut down by the user's mask: rwxrwxrwx
    integer(c_int), parameter :: folder_mode = 511_c_int
-   integer(c_int), volatile, save :: last_signal = 0
+   !> set by the handler, at any moment (a module variable: a handler has no other place to write to)
+   integer(c_int), volatile :: last_signal = 0
 
    interface
       function c_isatty(descriptor) bind(c, name='isatty') result(status)
@@ -314,6 +318,12 @@ contains
       old = c_signal(signal_interrupt, c_funloc(remember))
       old = c_signal(signal_terminate, c_funloc(remember))
    end subroutine catch_signals
+
+   !> Let a write beyond the user's limit of file sizes (ulimit -f) fail with a reason, as on a full disk, and not end the program.
+   subroutine refuse_large_files()
+      type(c_funptr) :: old
+      old = c_signal(signal_file_size, transfer(ignoring, c_null_funptr))
+   end subroutine refuse_large_files
 
    !> Number of the last signal caught; 0 if none.
    integer function caught_signal()

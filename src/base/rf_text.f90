@@ -115,7 +115,10 @@ contains
       rest = squeezed(list)
       separator = merge(',', ' ', index(rest, ',') > 0)
       n = 0
-      if (len(rest) > 0) n = 1 + count([(rest(cut:cut) == separator, cut=1, len(rest))])
+      if (len(rest) > 0) n = 1
+      do cut = 1, len(rest)
+         if (rest(cut:cut) == separator) n = n + 1
+      end do
       allocate (words(n))
       do n = 1, size(words)
          cut = index(rest, separator)

@@ -182,12 +182,14 @@ contains
    end subroutine skipped
 
    !> After all readers: keywords, parameters and data lines that nobody has read are errors; all messages are handed on.
+   !> Called again, it only hands on the messages that have come since.
    subroutine finish(self, diagnostics)
       class(deck_t), intent(inout) :: self
       !> gets all messages
       type(diagnostics_t), intent(inout) :: diagnostics
       if (.not. associated(self%store)) return
-      if (.not. self%store%manual) call check_all(self%store)
+      if (.not. self%store%manual .and. .not. self%store%checked) call check_all(self%store)
+      self%store%checked = .true.
       call diagnostics%take_from(self%store%diagnostics)
    end subroutine finish
 

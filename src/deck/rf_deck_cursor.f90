@@ -10,6 +10,8 @@ module rf_deck_cursor
 
    !> names of fields kept for the message about a field too many
    integer, parameter :: names_kept = 8, name_length = 24
+   !> data lines of a block whose values --explain shows
+   integer, parameter :: lines_shown = 100
 
    !> one block of a keyword (readers have it as card_t)
    type :: cursor_t
@@ -297,6 +299,9 @@ contains
       !> it stands on a data line; it was not given
       logical, intent(in) :: is_field, is_default
       type(setting_t) :: setting
+      if (is_field) then
+         if (self%data_line - self%store%blocks(self%block)%first_line >= lines_shown) return
+      end if
       setting%block = self%block
       setting%data_line = merge(self%data_line, no_line, is_field)
       setting%is_default = is_default

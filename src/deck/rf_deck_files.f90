@@ -52,11 +52,21 @@ contains
    !> Append a file's text to the pool and the file to the list.
    subroutine enter_file(store, text, name, path, parent)
       type(store_t), intent(inout) :: store
-      character(len=*), intent(in) :: text, name, path
+      !> its bytes; used up
+      character(len=:), allocatable, intent(inout) :: text
+      !> as messages call it; absolute path
+      character(len=*), intent(in) :: name, path
       integer, intent(in) :: parent
       type(file_t), allocatable :: larger(:)
       integer :: n, first, last
-      call pool_append(store, text, first, last)
+      if (allocated(store%pool)) then
+         call pool_append(store, text, first, last)
+      else ! the first file, which may be large, is not copied
+         first = 1
+         last = len(text)
+         store%pool_used = last
+         call move_alloc(text, store%pool)
+      end if
       n = store%n_files
       if (.not. allocated(store%files)) allocate (store%files(4))
       if (n == size(store%files)) then

@@ -25,7 +25,7 @@ module rf_deck_lexer
    integer, parameter :: most_keywords = 500
 
    !> UTF-8 byte order mark
-   integer, parameter :: byte_order_mark(3) = [239, 187, 191]
+   character(len=*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
 
    !> the kinds of blocks that the lexer itself reads
    integer, parameter :: block_none = 0, block_data = 1, block_heading = 2, block_parameter = 3, block_stray = 4
@@ -74,8 +74,10 @@ contains
       !> NAME=VALUE, each replaces the value of a *PARAMETER
       character(len=*), intent(in) :: overrides(:)
       type(lexer_t) :: lexer
+      character(len=:), allocatable :: bytes
       call take_overrides(store, overrides)
-      call enter_file(store, text, name, name, 0)
+      bytes = text
+      call enter_file(store, bytes, name, name, 0)
       call lex_all(store, lexer)
    end subroutine lex_text
 
@@ -96,12 +98,13 @@ contains
       type(lexer_t), intent(inout) :: lexer
       !> which file
       integer, intent(in) :: file
-      integer :: place, last, start, finish, special, include_file, include_line, i
+      integer :: place, last, start, finish, special, include_file, include_line
       logical :: stopped
       place = store%files(file)%first
       last = store%files(file)%last
       if (last - place >= 2) then
-         if (all(iand([(iachar(store%pool(i:i)), i=place, place + 2)], 255) == byte_order_mark)) place = place + 3
+         if (store%pool(place:place + 2) == byte_order_mark) place = place + 3
+         store%files(file)%first = place
       end if
       lexer%file = file
       lexer%line = 0
@@ -221,6 +224,8 @@ contains
             call store%diagnostics%error(line_here(store, lexer, start, finish), &
                'a data line before the first keyword; keywords begin with *, comments with **')
             lexer%block = block_stray
+         case default ! block_stray: its keyword is wrong, which has been said
+            continue
          end select
       end if
    end subroutine lex_line
@@ -237,8 +242,12 @@ contains
       n = len(lexer%keyword)
       lexer%continues = lexer%keyword(n:n) == ',' .and. n <= longest_keyword
       if (lexer%continues) return
-      if (n > longest_keyword) call store%diagnostics%error(keyword_place(store, lexer), &
-         'the keyword line with those that continue it has more than '//to_text(longest_keyword)//' characters')
+      if (n > longest_keyword) then
+         call store%diagnostics%error(keyword_place(store, lexer), &
+            'the keyword line with those that continue it has more than '//to_text(longest_keyword)//' characters')
+         lexer%block = block_stray
+         return
+      end if
       text = lexer%keyword
       if (index(text, '<') > 0) call substitute(store, keyword_place(store, lexer), text)
       call take_keyword(store, lexer, text, finish, include_file)

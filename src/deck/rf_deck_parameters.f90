@@ -1,7 +1,7 @@
 !> *PARAMETER, --set, and the <NAME>s that stand for their values.
 module rf_deck_parameters
    use rf_deck_store, only: store_t, edit_t, parameter_t, add_edit, add_parameter
-   use rf_diagnostics, only: place_t
+   use rf_diagnostics, only: place_t, max_errors
    use rf_kinds, only: wp
    use rf_number, only: read_real, number_ok, number_problem
    use rf_text, only: text_t, did_you_mean, same_text, squeezed, to_text, upper
@@ -11,6 +11,8 @@ module rf_deck_parameters
 
    !> longest line with the values in place [characters]
    integer, parameter :: longest_line = 2000
+   !> longest name and value of a --set, which must fit a line [characters]
+   integer, parameter :: longest_setting = 1900
 
 contains
 
@@ -31,6 +33,9 @@ contains
          if (cut == 0) then
             call store%diagnostics%error(place_t(), '--set '//trim(overrides(i))//': must be NAME=VALUE')
             store%overrides(i)%used = .true.
+         else if (len(name) + len(value) > longest_setting) then
+            call store%diagnostics%error(place_t(), '--set '//name(:min(len(name), 60))//': more than '// &
+               to_text(longest_setting)//' characters')
          else
             call check_parameter(store, place_t(), '--set '//name, value)
          end if
@@ -172,7 +177,8 @@ contains
          return
       end do
       value = '1'
-      call parameter_names(store, names)
+      allocate (names(0))
+      if (store%diagnostics%n_errors < max_errors) call parameter_names(store, names)
       call store%diagnostics%error(place, '<'//name//'> is no *PARAMETER defined before this line'//did_you_mean(name, names))
    end function parameter_value
 

@@ -3,13 +3,16 @@ module rf_deck_report
    use rf_deck_store, only: store_t, setting_t, add_item, block_place, item_t, kind_index, line_place, no_line, in_model, &
       in_step, in_both, before_steps, inside_step
    use rf_diagnostics, only: place_t
-   use rf_text, only: text_t, did_you_mean, joined, same_text, to_text
+   use rf_text, only: text_t, add_text, did_you_mean, joined, same_text, to_text
    implicit none
    private
    public :: check_all, describe_own, write_explanation, write_reference, text_of_deck, list_settings
 
    !> keywords that the deck mechanism itself reads
    character(len=*), parameter :: own_keywords(3) = [character(len=9) :: 'HEADING', 'PARAMETER', 'END STEP']
+
+   !> what a comment of the full text quotes at most [characters]
+   integer, parameter :: longest_comment = 1000
 
 contains
 
@@ -33,15 +36,15 @@ contains
          call kind_index(store, trim(own_keywords(i)), kind)
          store%kinds(kind)%where = ior(in_both, 4)
       end do
-      allocate (known(store%n_kinds + 1))
-      known(1)%s = 'INCLUDE'
-      n = 1
+      n = 0
+      call add_text(known, n, 'INCLUDE')
       do i = 1, store%n_kinds
          if (store%kinds(i)%where == 0 .and. .not. store%kinds(i)%skipped .and. .not. allocated(store%kinds(i)%later)) cycle
-         n = n + 1
-         known(n)%s = store%kinds(i)%name
+         call add_text(known, n, store%kinds(i)%name)
       end do
-      known = known(:n)
+      do i = n + 1, size(known)
+         known(i)%s = '' ! near to no word
+      end do
    end subroutine known_keywords
 
    !> One block: is its keyword known, may it stand here, has everything in it been read?
@@ -180,11 +183,13 @@ contains
       integer, intent(in) :: unit
       !> a described deck
       type(store_t), intent(in), optional :: manual
+      character(len=:), allocatable :: from
       integer :: block, i
       do i = 1, store%n_parameters
          associate (this => store%parameters(i))
-            write (unit, '(a)') '*PARAMETER '//this%name//' = '//this%value//'   '// &
-               trim(merge('--set, not ', '           ', this%overridden))//this%place%label()
+            from = this%place%label()
+            if (this%overridden) from = '--set, not '//from
+            write (unit, '(a)') '*PARAMETER '//this%name//' = '//this%value//'   '//from
          end associate
       end do
       call write_settings(store, unit)
@@ -260,9 +265,9 @@ contains
    pure subroutine settings_order(store, order)
       type(store_t), intent(in) :: store
       integer, allocatable, intent(out) :: order(:)
-      integer, allocatable :: start(:)
+      integer, allocatable :: start(:), all_settings(:)
       integer :: i, j, n, block
-      allocate (start(store%n_blocks + 1), order(store%n_settings))
+      allocate (start(store%n_blocks + 1), all_settings(store%n_settings))
       start = 0
       do i = 1, store%n_settings
          start(store%settings(i)%block + 1) = start(store%settings(i)%block + 1) + 1
@@ -273,19 +278,20 @@ contains
       do i = 1, store%n_settings
          block = store%settings(i)%block
          start(block) = start(block) + 1
-         order(start(block)) = i
+         all_settings(start(block)) = i
       end do
       n = 0
       j = 0
-      do i = 1, size(order) ! those of the present block are order(j + 1:n); parameters only are read twice
+      do i = 1, store%n_settings ! those of the present block are all_settings(j + 1:n); parameters only are read twice
          if (n > 0) then
-            if (store%settings(order(n))%block /= store%settings(order(i))%block) j = n
+            if (store%settings(all_settings(n))%block /= store%settings(all_settings(i))%block) j = n
          end if
-         if (is_repeated(store, order(j + 1:n), order(i))) cycle
+         if (is_repeated(store, all_settings(j + 1:n), all_settings(i))) cycle
          n = n + 1
-         order(n) = order(i)
+         all_settings(n) = all_settings(i)
       end do
-      order = order(:n)
+      allocate (order(n))
+      order(:) = all_settings(:n)
    end subroutine settings_order
 
    !> Whether a parameter's setting is among those listed.
@@ -414,16 +420,23 @@ contains
             text = text//store%pool(place:edit%first - 1)
             place = edit%last + 1
             if (edit%included > 0) then
-               text = text//'** *INCLUDE of '//store%files(edit%included)%name//' begins'//new_line('a')
+               text = text//'** *INCLUDE of '//shortened(store%files(edit%included)%name)//' begins'//new_line('a')
                call append_file(store, edit%included, text)
                if (text(len(text):) /= new_line('a')) text = text//new_line('a')
-               text = text//'** *INCLUDE of '//store%files(edit%included)%name//' ends'
+               text = text//'** *INCLUDE of '//shortened(store%files(edit%included)%name)//' ends'
             else
-               text = text//edit%replacement//new_line('a')//'** --set replaced: '//store%pool(edit%first:edit%last)
+               text = text//edit%replacement//new_line('a')//'** --set replaced: '//shortened(store%pool(edit%first:edit%last))
             end if
          end associate
       end do
       text = text//store%pool(place:store%files(file)%last)
    end subroutine append_file
+
+   !> At most so much that a comment with it is no line too long.
+   pure function shortened(text) result(short)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: short
+      short = text(:min(len(text), longest_comment))
+   end function shortened
 
 end module rf_deck_report

@@ -121,6 +121,8 @@ module rf_deck_store
    type :: store_t
       !> being described, not read
       logical :: manual = .false.
+      !> what nobody has read has been reported
+      logical :: checked = .false.
       !> messages of reading; deck%finish hands them on
       type(diagnostics_t) :: diagnostics
       character(len=:), allocatable :: pool
@@ -395,13 +397,22 @@ contains
       !> which data line
       integer, intent(in) :: line
       type(place_t) :: place
-      integer :: start, finish, i
+      integer :: start, finish, low, high, middle
       start = store%line_start(line)
       finish = store%line_finish(line)
-      do i = 1, store%n_changed
-         if (store%changed_line(i) /= line) cycle
-         start = store%changed_start(i)
-         finish = store%changed_finish(i)
+      low = 1
+      high = store%n_changed
+      do while (low <= high)
+         middle = (low + high)/2
+         if (store%changed_line(middle) == line) then
+            start = store%changed_start(middle)
+            finish = store%changed_finish(middle)
+            exit
+         else if (store%changed_line(middle) < line) then
+            low = middle + 1
+         else
+            high = middle - 1
+         end if
       end do
       place%file = store%files(max(1, file_of(store, start)))%name
       place%line = store%line_number(line)

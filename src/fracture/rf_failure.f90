@@ -106,6 +106,7 @@ contains
       type(material_t), intent(in) :: material
       integer, intent(in) :: element
       integer :: m
+      if (mesh%section(element) == 0) return      ! a deck with errors: its reading goes on
       m = material%section(mesh%section(element))%material
       self%element_strength(1, element) = self%strength(m)%tensile*material%strength_factor(element)
       self%element_strength(2, element) = self%strength(m)%cohesion*material%strength_factor(element)
@@ -252,16 +253,21 @@ contains
       type(material_t), intent(in) :: material
       integer, intent(in) :: node
       type(patch_work_t), intent(inout) :: work
-      integer :: list(max_materials), n, i
+      integer :: list(max_materials), n, i, attempt
       real(wp) :: stress(3, 1), strength(3, 1), f(1)
       integer(i1) :: mode(1)
       call materials_at_node(mesh, material, node, work, list, n)
       do i = 1, n
-         call node_stress(mesh, material, self%element_stress, self%element_strength, node, list(i), work, &
-                          stress(:, 1), strength(:, 1))
-         f = no_crossing_stress
-         mode = mode_none
-         if (self%strength(list(i))%given) call self%criterion(list(i))%law%utilisation(1, stress, strength, f, mode)
+         do attempt = 1, 2
+            call node_stress(mesh, material, self%element_stress, self%element_strength, node, list(i), attempt == 1, work, &
+                             stress(:, 1), strength(:, 1))
+            f = no_crossing_stress
+            mode = mode_none
+            if (self%strength(list(i))%given) call self%criterion(list(i))%law%utilisation(1, stress, strength, f, mode)
+            ! a plane that says so much more than all elements of its patch is no recovery but an artefact of extrapolation
+            ! (teeth of a rough boundary, debris); this also makes the screen a bound
+            if (f(1) <= self%screen(node)/screen_margin) exit
+         end do
          if (i > 1 .and. .not. f(1) > self%utilisation(node)) cycle
          self%stress(:, node) = stress(:, 1)
          self%utilisation(node) = f(1)

@@ -3,7 +3,7 @@
 module rf_ray
    use rf_kinds, only: wp, i1, degree
    use rf_mesh, only: mesh_t
-   use rf_topology, only: elements_around, corner_of, next_corner, previous_corner, node_on_boundary
+   use rf_topology, only: elements_around, corner_of, is_corner, next_corner, previous_corner
    implicit none
    private
    public :: split_t, split_limits_t, choose_split, split_type_name
@@ -17,6 +17,9 @@ module rf_ray
    real(wp), parameter :: tie = 1.0e-6_wp
    !> turns (cosines) closer than this tie
    real(wp), parameter :: turn_tie = 1.0e-6_wp
+   !> a ray this close to an edge [rad] enters the elements on both sides of it: rounding shall not choose between them,
+   !> nor let the ray pass between both
+   real(wp), parameter :: edge_tie = 1.0e-9_wp
 
    type :: split_limits_t
       !> generations of children
@@ -129,8 +132,8 @@ contains
       right = cross(b, direction)
       left = cross(direction, c)
       s = 0
-      enters = right >= 0 .and. left >= 0 .and. right + left > 0
-      if (enters) s = right/(right + left)
+      enters = right >= -edge_tie*norm2(b) .and. left >= -edge_tie*norm2(c) .and. right + left > 0
+      if (enters) s = min(1.0_wp, max(0.0_wp, right/(right + left)))
    end function enters
 
    pure real(wp) function cross(a, b)
@@ -170,25 +173,22 @@ contains
 
    end function near_crack
 
-   !> How far a direction turns from a crack that ends at the node: 1 - cosine of the angle to its continuation, the
-   !> smallest where several do; 0 where none does.
+   !> How far a direction turns from a crack that ends at the node: 1 - cosine of the angle to its continuation. 0 where
+   !> none ends here: then the node is on no crack, or on the face of one that has opened.
    pure real(wp) function turn_from_tip(mesh, node, around, direction) result(turn)
       type(mesh_t), intent(in) :: mesh
       integer, intent(in) :: node, around(:)
       real(wp), intent(in) :: direction(2)
       real(wp) :: along(2)
-      logical :: tip
       integer :: i, k
-      turn = 2
-      tip = .false.
+      turn = 0
       do i = 1, size(around)
          k = corner_of(mesh, around(i), node)
          if (mesh%segment(k, around(i)) == 0) cycle
-         tip = .true.
+         if (.not. is_corner(mesh, mesh%neighbour(k, around(i)), node)) cycle      ! its other side has a copy of the node
          along = mesh%x(:, node) - mesh%x(:, mesh%connectivity(next_corner(k), around(i)))
-         turn = min(turn, 1 - dot_product(along, direction)/norm2(along))
+         turn = 1 - dot_product(along, direction)/norm2(along)
       end do
-      if (.not. tip) turn = 0
    end function turn_from_tip
 
    !> The candidate to try next.

@@ -34,7 +34,7 @@ module rf_loads
       integer :: step = 0
       !> it acts on a set of nodes or elements, or on one (the other is 0)
       integer :: set = 0, entity = 0
-      !> directions (support, force), or the face (1 to 3)
+      !> directions (support, force, gravity), or the face (1 to 3, by the deck's node order)
       integer :: first_dof = 0, last_dof = 0
       !> displacement [length], force [force], pressure [stress] or acceleration [length/time^2]
       real(wp) :: value = 0
@@ -70,8 +70,9 @@ module rf_loads
       integer, allocatable :: tag_first(:), tag_member(:)
       logical, private :: any_gravity = .false.
    contains
-      procedure :: prepare, begin_step, apply, adopt, is_held
-      procedure, private :: act, drop, release, spread, tag_faces, new_tag, add_nodal_forces, add_pressures, add_gravity
+      procedure :: prepare, know_faces, begin_step, apply, adopt, is_held
+      procedure, private :: act, drop, acting_index, release, spread, tag_faces, new_tag
+      procedure, private :: add_nodal_forces, add_pressures, add_gravity
    end type loads_t
 
 contains
@@ -81,10 +82,18 @@ contains
       class(loads_t), intent(inout) :: self
       integer, intent(in) :: n_nodes
       call reserve_nodes(self, n_nodes)
-      allocate (self%force(0), self%acting(0), self%ramp(0), self%tag_member(0))
-      self%tag_first = [1]
+      allocate (self%force(0))
+      call start_lists(self)
       if (.not. allocated(self%amplitudes)) allocate (self%amplitudes(0))
    end subroutine prepare
+
+   !> Lists of what acts, empty unless know_faces has begun them.
+   subroutine start_lists(self)
+      class(loads_t), intent(inout) :: self
+      if (allocated(self%acting)) return
+      allocate (self%acting(0), self%ramp(0), self%tag_member(0))
+      self%tag_first = [1]
+   end subroutine start_lists
 
    subroutine reserve_nodes(self, n)
       class(loads_t), intent(inout) :: self
@@ -212,9 +221,8 @@ contains
       class(loads_t), intent(inout) :: self
       type(mesh_t), intent(inout) :: mesh
       type(load_definition_t), intent(in) :: definition
-      type(load_definition_t), allocatable :: acting(:)
-      type(ramp_t), allocatable :: ramp(:)
       integer :: d, n, dof, i
+      logical :: is_new
       if (definition%kind == load_support) then
          do n = 1, mesh%n_nodes
             if (.not. acts_on_node(definition, mesh, n)) cycle
@@ -227,22 +235,8 @@ contains
          end do
          return
       end if
-      do d = 1, self%n_acting
-         if (same_target(self%acting(d), definition)) exit
-      end do
-      if (d > self%n_acting) then
-         if (d > size(self%acting)) then
-            allocate (acting(2*d), ramp(2*d))
-            acting(:d - 1) = self%acting(:d - 1)
-            ramp(:d - 1) = self%ramp(:d - 1)
-            call move_alloc(acting, self%acting)
-            call move_alloc(ramp, self%ramp)
-         end if
-         self%n_acting = d
-         self%acting(d) = definition
-         self%ramp(d) = ramp_t()
-         call self%spread(mesh, d)
-      end if
+      call self%acting_index(definition, d, is_new)
+      if (is_new) call self%spread(mesh, d)
       self%ramp(d)%to = definition%value
       self%ramp(d)%amplitude = definition%amplitude
       self%acting(d)%direction = definition%direction
@@ -252,6 +246,51 @@ contains
          self%force(i)%ramp%amplitude = definition%amplitude
       end do
    end subroutine act
+
+   !> Place of a definition among those that act; a new one joins them with the value 0.
+   subroutine acting_index(self, definition, d, is_new)
+      class(loads_t), intent(inout) :: self
+      type(load_definition_t), intent(in) :: definition
+      integer, intent(out) :: d
+      !> none with that target was acting
+      logical, intent(out) :: is_new
+      type(load_definition_t), allocatable :: acting(:)
+      type(ramp_t), allocatable :: ramp(:)
+      do d = 1, self%n_acting
+         if (same_target(self%acting(d), definition)) exit
+      end do
+      is_new = d > self%n_acting
+      if (.not. is_new) return
+      if (d > size(self%acting)) then
+         allocate (acting(2*d), ramp(2*d))
+         acting(:d - 1) = self%acting(:d - 1)
+         ramp(:d - 1) = self%ramp(:d - 1)
+         call move_alloc(acting, self%acting)
+         call move_alloc(ramp, self%ramp)
+      end if
+      self%n_acting = d
+      self%acting(d) = definition
+      self%ramp(d) = ramp_t()
+   end subroutine acting_index
+
+   !> Find the element faces that the definitions of any step press on, before anything splits: while P1 to P3 mean what
+   !> the user's node order says. From then on the faces carry their tags through every split. Before or after prepare.
+   subroutine know_faces(self, mesh, definitions, turned)
+      class(loads_t), intent(inout) :: self
+      type(mesh_t), intent(inout) :: mesh
+      !> of all steps
+      type(load_definition_t), intent(in) :: definitions(:)
+      !> the deck's element was clockwise: its corners 2 and 3 are exchanged, (elements)
+      logical, intent(in) :: turned(:)
+      integer :: i, d
+      logical :: is_new
+      call start_lists(self)
+      do i = 1, size(definitions)
+         if (definitions(i)%kind /= load_element_face) cycle
+         call self%acting_index(definitions(i), d, is_new)
+         if (is_new) call self%tag_faces(mesh, d, turned)
+      end do
+   end subroutine know_faces
 
    !> Part of the value that a node gets: copies of a deck node share it; a node named by itself takes part likewise.
    pure real(wp) function force_share(mesh, node, definition)
@@ -299,11 +338,13 @@ contains
    end subroutine add_force
 
    !> Tag the boundary faces that a pressure acts on.
-   subroutine tag_faces(self, mesh, d)
+   subroutine tag_faces(self, mesh, d, turned)
       class(loads_t), intent(inout) :: self
       type(mesh_t), intent(inout) :: mesh
       integer, intent(in) :: d
-      integer :: e, k
+      !> as in know_faces
+      logical, intent(in), optional :: turned(:)
+      integer :: e, k, face
       logical :: hit
       do e = 1, mesh%n_elements
          do k = 1, 3
@@ -312,7 +353,9 @@ contains
                hit = mesh%node_in_set(mesh%connectivity(k, e), self%acting(d)%set) .and. &
                      mesh%node_in_set(mesh%connectivity(next_corner(k), e), self%acting(d)%set)
             else
-               hit = k == self%acting(d)%first_dof .and. acts_on_element(self%acting(d), mesh, e)
+               face = k
+               if (present(turned)) face = merge(4 - k, k, turned(e))
+               hit = face == self%acting(d)%first_dof .and. acts_on_element(self%acting(d), mesh, e)
             end if
             if (hit) mesh%face_tag(k, e) = self%new_tag(mesh%face_tag(k, e), d)
          end do

@@ -20,6 +20,8 @@ module rf_material
       real(wp) :: thickness = 1, density = -1
       !> coefficient of friction [-] and cohesion [stress] of surfaces broken in this material
       real(wp) :: friction = 0, cohesion = 0
+      !> the deck gives the friction; else the strength decides it
+      logical :: friction_given = .false.
       !> Young's modulus [stress], Poisson's ratio [-]
       real(wp) :: young = 0, poisson = 0
    end type section_t

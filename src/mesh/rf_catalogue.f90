@@ -61,9 +61,9 @@ contains
          problem = 'no '//self%noun()//' set '//known//' is defined'//self%sets%nearest_name(known)
       else if (allocated(self%n_members)) then
          if (self%n_members(set) > 0) return
-         problem = self%noun()//' set '//known//' is empty'
-         if (self%of_elements) problem = problem//' (line elements are left out)'
-         if (.not. self%of_elements) problem = problem//' (nodes on no element are left out)'
+         problem = self%noun()//' set '//known//' has no members in the mesh (ids that are not defined, '
+         if (self%of_elements) problem = problem//'line elements are left out)'
+         if (.not. self%of_elements) problem = problem//'nodes on no element are left out)'
          set = 0
       end if
    end subroutine find_set

@@ -14,9 +14,12 @@ module rf_generate
 
    !> bits of a node's sides
    integer, parameter :: side_left = 0, side_right = 1, side_bottom = 2, side_top = 3
-   !> two nodes moved by up to this part of the shortest edge cannot turn any triangle of these patterns over: the
-   !> least height is 0.7 of that edge
-   real(wp), parameter :: largest_jitter = 0.3_wp
+   !> more cells in a row count as so many: that is more than a mesh can have, and products of counts stay in 64 bits
+   integer, parameter :: most_cells = 1000000000
+   !> from half a side on neighbours could change places
+   real(wp), parameter :: largest_jitter = 0.5_wp
+   !> a triangle keeps at least this part of its area: nodes of one that would lose more are moved half as far
+   real(wp), parameter :: least_area = 0.25_wp
    !> default of STAGGERED: irregular enough to have no preferred direction, smallest angles above 25 degrees
    real(wp), parameter :: staggered_jitter = 0.15_wp
    !> where the first inner node of a shifted row stands [sides]: in the middle, 1/2, the triangles at the box would
@@ -38,7 +41,7 @@ contains
       !> nodes and elements that the mesh has
       integer(i8), intent(out) :: n_nodes, n_elements
       integer(i8) :: columns, rows
-      columns = nx; rows = ny
+      columns = min(nx, most_cells); rows = min(ny, most_cells)
       if (pattern == 'STAGGERED') call staggered_counts(width, height, nx, ny, columns, rows)
       n_nodes = (columns + 1)*(rows + 1)
       n_elements = 2*columns*rows
@@ -59,7 +62,7 @@ contains
       real(wp), intent(in) :: corner(2), lengths(2)
       !> cells across and up
       integer, intent(in) :: cells(2)
-      !> how far inner nodes are moved at most [shortest edge], 0 to largest_jitter
+      !> how far inner nodes are moved at most [side of a cell or of a staggered triangle], 0 to largest_jitter
       real(wp), intent(in) :: jitter
       !> of the random directions
       integer, intent(in) :: seed
@@ -86,7 +89,7 @@ contains
          call grid_nodes(corner, lengths, cells, x, sides)
          call grid_elements(cells, pattern == 'ALTERNATING', connectivity)
       end select
-      if (jitter > 0) call move_inner_nodes(jitter*shortest_edge(pattern, lengths, int(counts)), seed, sides, x)
+      if (jitter > 0) call move_inner_nodes(jitter*shortest_side(pattern, lengths, int(counts)), seed, sides, connectivity, x)
    end subroutine generate
 
    !> Sides along a row and rows of the staggered lattice: near-equilateral triangles as large as the cells are, on
@@ -100,12 +103,12 @@ contains
       integer(i8), intent(out) :: columns, rows
       real(wp) :: side
       side = min(sqrt(width/nx)*sqrt(height/ny), width, height)
-      columns = max(1_i8, nint(width/side, i8))
-      rows = 2*max(1_i8, nint(height/(2*equilateral_height*side), i8))
+      columns = max(1, nint(min(width/side, real(most_cells, wp))))
+      rows = 2*max(1, nint(min(height/(2*equilateral_height*side), 0.5_wp*most_cells)))
    end subroutine staggered_counts
 
-   !> Length of the shortest edge, or where cells are flat a little less.
-   pure real(wp) function shortest_edge(pattern, lengths, counts)
+   !> Shorter side of a cell, or of the staggered lattice's triangle.
+   pure real(wp) function shortest_side(pattern, lengths, counts)
       !> the pattern
       character(len=*), intent(in) :: pattern
       !> width and height [length]
@@ -115,9 +118,8 @@ contains
       real(wp) :: spacing(2)
       spacing = lengths/counts
       if (pattern == 'STAGGERED') spacing(2) = spacing(2)/equilateral_height
-      shortest_edge = minval(spacing)
-      if (pattern == 'CROSS') shortest_edge = sqrt(0.5_wp)*shortest_edge
-   end function shortest_edge
+      shortest_side = minval(spacing)
+   end function shortest_side
 
    !> Nodes of the grid.
    pure subroutine grid_nodes(corner, lengths, cells, x, sides)
@@ -305,26 +307,68 @@ contains
 
    !> Move each inner node to a random place in the circle round it. Only sums and products, so that the places are
    !> the same on any machine: draws from the square round the circle until one lies in it.
-   pure subroutine move_inner_nodes(radius, seed, sides, x)
+   pure subroutine move_inner_nodes(radius, seed, sides, connectivity, x)
       !> of the circle [length]
       real(wp), intent(in) :: radius
       !> of the draws; a node's number names its own
       integer, intent(in) :: seed
       !> bits of the sides; a node on none is an inner one
       integer, intent(in) :: sides(:)
+      !> node numbers, (3, elements)
+      integer, intent(in) :: connectivity(:, :)
       !> coordinates [length], (2, nodes)
       real(wp), intent(inout) :: x(:, :)
+      real(wp), allocatable :: move(:, :)
       real(wp) :: way(2)
       integer :: node, draw
+      allocate (move(2, size(sides)))
+      move = 0
       do node = 1, size(sides)
          if (sides(node) /= 0) cycle
          draw = 0
          do
-            way = 2*uniform(seed, node, [draw, draw + 1]) - 1
+            way(1) = 2*uniform(seed, node, draw) - 1
+            way(2) = 2*uniform(seed, node, draw + 1) - 1
             if (sum(way**2) <= 1) exit
             draw = draw + 2
          end do
-         x(:, node) = x(:, node) + radius*way
+         move(:, node) = radius*way
       end do
+      call shorten_moves(connectivity, x, move)
+      x = x + move
    end subroutine move_inner_nodes
+
+   !> Halve the moves of triangles that would lose too much of their area, until there are none.
+   pure subroutine shorten_moves(connectivity, x, move)
+      !> node numbers, (3, elements)
+      integer, intent(in) :: connectivity(:, :)
+      !> coordinates before the move [length], (2, nodes)
+      real(wp), intent(in) :: x(:, :)
+      !> moves [length], (2, nodes)
+      real(wp), intent(inout) :: move(:, :)
+      logical, allocatable :: too_far(:)
+      real(wp) :: corner(2, 3), change(2, 3)
+      integer :: e, node
+      allocate (too_far(size(x, 2)))
+      do
+         too_far = .false.
+         do e = 1, size(connectivity, 2)
+            corner = x(:, connectivity(:, e))
+            change = move(:, connectivity(:, e))
+            if (double_area(corner + change) < least_area*double_area(corner)) too_far(connectivity(:, e)) = .true.
+         end do
+         if (.not. any(too_far)) exit
+         do node = 1, size(too_far)
+            if (too_far(node)) move(:, node) = 0.5_wp*move(:, node)
+         end do
+      end do
+   end subroutine shorten_moves
+
+   !> Twice the area of a triangle [length^2].
+   pure real(wp) function double_area(corner)
+      !> coordinates of its nodes [length]
+      real(wp), intent(in) :: corner(2, 3)
+      double_area = (corner(1, 2) - corner(1, 1))*(corner(2, 3) - corner(2, 1)) &
+                    - (corner(2, 2) - corner(2, 1))*(corner(1, 3) - corner(1, 1))
+   end function double_area
 end module rf_generate

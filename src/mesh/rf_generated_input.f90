@@ -5,7 +5,7 @@ module rf_generated_input
    use rf_deck, only: deck_t, card_t, in_model
    use rf_diagnostics, only: place_t
    use rf_generate, only: generate, mesh_counts, largest_jitter, staggered_jitter, side_left, side_right, side_bottom, side_top
-   use rf_mesh_draft, only: draft_t
+   use rf_mesh_draft, only: draft_t, largest_length, smallest_length
    use rf_text, only: to_text
    implicit none
    private
@@ -27,8 +27,11 @@ contains
 
    !> The `*MESH` block, if there is one.
    subroutine read_generator(deck, nodes, elements, draft)
+      !> the deck
       type(deck_t), intent(inout) :: deck
+      !> ids and sets
       type(catalogue_t), intent(inout) :: nodes, elements
+      !> the mesh so far
       type(draft_t), intent(inout) :: draft
       type(card_t) :: card
       type(order_t) :: order
@@ -52,7 +55,9 @@ contains
 
    !> Parameters and data line.
    subroutine read_order(card, order)
+      !> the block being read
       type(card_t), intent(inout) :: card
+      !> what is asked for
       type(order_t), intent(inout) :: order
       character(len=:), allocatable :: shape
       call card%get_word('SHAPE', shape, allowed='RECTANGLE', default='RECTANGLE', about='shape of the body')
@@ -62,7 +67,7 @@ contains
                          about='how the cells are cut')
       call card%get_real('JITTER', order%jitter, default=merge(staggered_jitter, 0.0_wp, order%pattern == 'STAGGERED'), &
                          at_least=0.0_wp, at_most=largest_jitter, shown='0.15 for STAGGERED, else 0', &
-                         about='how far inner nodes are moved at random, at most, in shortest edges')
+                         about='how far inner nodes are moved at random, at most, as a part of a cell''s shorter side')
       call card%get_integer('SEED', order%seed, default=1, about='of the random moves')
       if (.not. card%needs_line('x0, y0, width, height, nx, ny')) return
       call card%field_real('x0', order%corner(1), unit='length', about='lower left corner')
@@ -76,9 +81,16 @@ contains
 
    !> Refuse a mesh that cannot be counted, and one whose cells are smaller than a coordinate's last bits.
    subroutine check_counts(card, order)
+      !> the block being read
       type(card_t), intent(inout) :: card
+      !> what is asked for
       type(order_t), intent(in) :: order
       integer(i8) :: n_nodes, n_elements
+      if (any(abs(order%corner) > largest_length) .or. any(order%lengths > largest_length) .or. &
+          any(order%lengths/order%cells < smallest_length)) then
+         call card%error('lengths must lie between '//to_text(smallest_length)//' and '//to_text(largest_length))
+         return
+      end if
       call mesh_counts(order%pattern, order%lengths(1), order%lengths(2), order%cells(1), order%cells(2), n_nodes, n_elements)
       if (n_elements > most_elements) call card%error('a mesh of '//to_text(n_elements)//' elements is too large: at most '// &
                                                       to_text(most_elements))
@@ -88,8 +100,11 @@ contains
 
    !> Make the mesh.
    subroutine carry_out(order, nodes, elements, draft, place)
+      !> what is asked for
       type(order_t), intent(in) :: order
+      !> ids and sets
       type(catalogue_t), intent(inout) :: nodes, elements
+      !> the mesh so far
       type(draft_t), intent(inout) :: draft
       !> of the keyword
       type(place_t), intent(in) :: place

@@ -5,7 +5,7 @@ module rf_listed_input
    use rf_deck, only: deck_t, card_t, in_model
    use rf_deck_store, only: line_place
    use rf_diagnostics, only: place_t
-   use rf_mesh_draft, only: draft_t, shown
+   use rf_mesh_draft, only: draft_t, shown, largest_length
    use rf_text, only: to_text
    implicit none
    private
@@ -18,8 +18,11 @@ contains
 
    !> All `*NODE` blocks.
    subroutine read_nodes(deck, nodes, draft)
+      !> the deck
       type(deck_t), intent(inout) :: deck
+      !> ids and sets of the nodes
       type(catalogue_t), intent(inout) :: nodes
+      !> the mesh so far
       type(draft_t), intent(inout) :: draft
       type(card_t) :: card
       character(len=:), allocatable :: set
@@ -35,6 +38,7 @@ contains
             call card%field_real('x', x(1), unit='length', about='coordinate')
             call card%field_real('y', x(2), unit='length', about='coordinate')
             call card%field_skip('z', about='third coordinate')
+            if (any(abs(x) > largest_length)) call card%error('coordinates must lie within '//to_text(largest_length))
             if (card%line_failed) cycle
             call nodes%ids%add(id, known)
             if (known == 0) then
@@ -50,9 +54,11 @@ contains
 
    !> The error about an id that comes again.
    subroutine defined_twice(card, noun, id, line, n)
+      !> the block being read
       type(card_t), intent(inout) :: card
       !> node or element
       character(len=*), intent(in) :: noun
+      !> the id
       integer, intent(in) :: id
       !> data line of the first definition
       integer, intent(in) :: line
@@ -67,9 +73,13 @@ contains
 
    !> All `*ELEMENT` blocks; the nodes are known by now.
    subroutine read_elements(deck, nodes, elements, draft)
+      !> the deck
       type(deck_t), intent(inout) :: deck
+      !> ids and sets of the nodes
       type(catalogue_t), intent(in) :: nodes
+      !> ids and sets of the elements
       type(catalogue_t), intent(inout) :: elements
+      !> the mesh so far
       type(draft_t), intent(inout) :: draft
       type(card_t) :: card
       character(len=:), allocatable :: kind, set
@@ -100,10 +110,15 @@ contains
 
    !> The data lines of a block of triangles.
    subroutine read_triangles(card, nodes, elements, draft, plane_strain)
+      !> the block being read
       type(card_t), intent(inout) :: card
+      !> ids and sets of the nodes
       type(catalogue_t), intent(in) :: nodes
+      !> ids and sets of the elements
       type(catalogue_t), intent(inout) :: elements
+      !> the mesh so far
       type(draft_t), intent(inout) :: draft
+      !> the elements are in plane strain
       logical, intent(in) :: plane_strain
       integer :: id, node_id(3), node(3), known, k
       do while (card%line())
@@ -132,6 +147,7 @@ contains
 
    !> First place of a zero among three numbers.
    pure integer function findloc_zero(numbers) result(k)
+      !> three numbers
       integer, intent(in) :: numbers(3)
       do k = 1, 2
          if (numbers(k) == 0) return
@@ -140,8 +156,11 @@ contains
 
    !> The error about an element whose node does not exist.
    subroutine unknown_node(card, element_id, node_id, draft)
+      !> the block being read
       type(card_t), intent(inout) :: card
+      !> ids
       integer, intent(in) :: element_id, node_id
+      !> the mesh so far
       type(draft_t), intent(inout) :: draft
       draft%unknown_nodes = draft%unknown_nodes + 1
       draft%failed_elements = draft%failed_elements + 1
@@ -151,8 +170,11 @@ contains
 
    !> The data lines of a block that stays out of the mesh: only the ids are kept, for the sets that name them.
    subroutine read_ids(card, elements, draft)
+      !> the block being read
       type(card_t), intent(inout) :: card
+      !> ids and sets of the elements
       type(catalogue_t), intent(inout) :: elements
+      !> the mesh so far
       type(draft_t), intent(inout) :: draft
       integer :: id, known
       do while (card%line())

@@ -75,12 +75,14 @@ contains
       type(raw_mesh_t), intent(inout) :: raw
       !> which were turned, (elements)
       logical, allocatable, intent(out) :: turned(:)
+      real(wp) :: corner(2, 3)
       integer :: e
       allocate (turned(raw%n_elements))
       turned = .false.
       do e = 1, raw%n_elements
          if (.not. is_triangle(raw, e)) cycle
-         turned(e) = double_area(raw%x(:, raw%connectivity(:, e))) < 0
+         corner = raw%x(:, raw%connectivity(:, e))
+         turned(e) = double_area(corner) < 0
          if (turned(e)) raw%connectivity(2:3, e) = raw%connectivity([3, 2], e)
       end do
    end subroutine turn_clockwise
@@ -92,11 +94,14 @@ contains
       !> the elements
       integer, allocatable :: flat(:)
       logical, allocatable :: is_flat(:)
+      real(wp) :: corner(2, 3)
       integer :: e
       allocate (is_flat(raw%n_elements))
       is_flat = .false.
       do e = 1, raw%n_elements
-         if (is_triangle(raw, e)) is_flat(e) = has_no_area(raw%x(:, raw%connectivity(:, e)))
+         if (.not. is_triangle(raw, e)) cycle
+         corner = raw%x(:, raw%connectivity(:, e))
+         is_flat(e) = has_no_area(corner)
       end do
       flat = pack(identity_order(raw%n_elements), is_flat)
    end function flat_elements
@@ -184,10 +189,13 @@ contains
 
    !> The node arrays of the mesh.
    subroutine fill_nodes(raw, node_id, kept, order, mesh)
+      !> the deck's mesh
       type(raw_mesh_t), intent(in) :: raw
+      !> ids of the node entries
       integer, intent(in) :: node_id(:)
       !> entries that stay, in deck order; their numbers 1, 2, ... in the new sequence
       integer, intent(in) :: kept(:), order(:)
+      !> the mesh
       type(mesh_t), intent(inout) :: mesh
       integer :: n, i
       n = size(kept)
@@ -205,12 +213,15 @@ contains
 
    !> The element arrays of the mesh.
    subroutine fill_elements(raw, element_id, kept, order, node_place, mesh)
+      !> the deck's mesh
       type(raw_mesh_t), intent(in) :: raw
+      !> ids of the element entries
       integer, intent(in) :: element_id(:)
       !> entries that stay, in deck order; their numbers 1, 2, ... in the new sequence
       integer, intent(in) :: kept(:), order(:)
       !> place of each node entry in the mesh
       integer, intent(in) :: node_place(:)
+      !> the mesh
       type(mesh_t), intent(inout) :: mesh
       integer :: n, i
       n = size(kept)
@@ -228,6 +239,7 @@ contains
 
    !> Size of the model and mean length of the elements' sides.
    pure subroutine measure(mesh)
+      !> the mesh
       type(mesh_t), intent(inout) :: mesh
       real(wp) :: low(2), high(2), total
       integer :: e, k

@@ -5,14 +5,17 @@ module rf_mesh_draft
    use rf_mesh_assembly, only: raw_mesh_t
    implicit none
    private
-   public :: draft_t, shown
+   public :: draft_t, shown, largest_length, smallest_length
 
    !> errors of one kind that are reported one by one; the rest is counted in one more
    integer, parameter :: shown = 4
 
+   !> lengths beyond these are refused: products of three of them would leave the range of real numbers
+   real(wp), parameter :: largest_length = 1.0e100_wp, smallest_length = 1.0e-100_wp
+
    type :: draft_t
       type(raw_mesh_t) :: raw
-      !> data line of each entry (0: generated)
+      !> data line of each entry; not allocated if the mesh is generated
       integer, allocatable :: node_line(:), element_line(:)
       !> errors so far: node defined twice, element defined twice, element on an unknown node
       integer :: twice_nodes = 0, twice_elements = 0, unknown_nodes = 0
@@ -57,6 +60,7 @@ contains
       class(draft_t), intent(inout) :: self
       !> entries of its nodes (0: it stays out of the mesh)
       integer, intent(in) :: node(3)
+      !> the elements are in plane strain
       logical, intent(in) :: plane_strain
       !> data line
       integer, intent(in) :: line

@@ -40,6 +40,7 @@ contains
    !> Read the mesh and its sets. After errors the mesh holds what was right, so that the rest of the deck can be read.
    subroutine read_mesh(self, deck, mesh, diagnostics)
       class(mesh_input_t), intent(inout) :: self
+      !> the deck
       type(deck_t), intent(inout) :: deck
       !> filled but for topology and sections
       type(mesh_t), intent(inout) :: mesh
@@ -100,6 +101,7 @@ contains
 
    !> ORDERING of `*JOB`.
    subroutine read_ordering(deck, along_curve)
+      !> the deck
       type(deck_t), intent(inout) :: deck
       !> number along the curve, else in deck order
       logical, intent(out) :: along_curve
@@ -116,8 +118,11 @@ contains
 
    !> `*NSET` and `*ELSET`. Places of elements are their centroids; nodes on no element and lines have none.
    subroutine read_both_sets(deck, nodes, elements, draft)
+      !> the deck
       type(deck_t), intent(inout) :: deck
+      !> ids and sets
       type(catalogue_t), intent(inout) :: nodes, elements
+      !> the mesh so far
       type(draft_t), intent(in) :: draft
       real(wp), allocatable :: centroid(:, :)
       logical, allocatable :: counts(:)
@@ -126,7 +131,7 @@ contains
       allocate (counts, source=used_nodes(draft%raw))
       call box_of(draft%raw, counts, low, high)
       model_size = maxval(high - low)
-      call read_sets(deck, 'NSET', nodes, draft%raw%x, counts, model_size)
+      call read_sets(deck, 'NSET', nodes, draft%raw%x(:, :draft%raw%n_nodes), counts, model_size)
       allocate (centroid(2, draft%raw%n_elements))
       deallocate (counts)
       allocate (counts(draft%raw%n_elements))
@@ -140,11 +145,15 @@ contains
 
    !> Errors and notes about the elements as a whole.
    subroutine report(deck, elements, draft, turned, diagnostics)
+      !> the deck
       type(deck_t), intent(inout) :: deck
+      !> ids and sets of the elements
       type(catalogue_t), intent(in) :: elements
+      !> the mesh so far
       type(draft_t), intent(in) :: draft
       !> elements that were clockwise
       logical, intent(in) :: turned(:)
+      !> errors and notes
       type(diagnostics_t), intent(inout) :: diagnostics
       type(place_t) :: nowhere
       integer :: n_triangles
@@ -162,20 +171,24 @@ contains
 
    !> The errors about elements without area.
    subroutine report_flat(deck, elements, draft, diagnostics)
+      !> the deck
       type(deck_t), intent(inout) :: deck
+      !> ids and sets of the elements
       type(catalogue_t), intent(in) :: elements
+      !> the mesh so far
       type(draft_t), intent(in) :: draft
+      !> errors and notes
       type(diagnostics_t), intent(inout) :: diagnostics
       type(card_t) :: card
-      type(place_t) :: nowhere
+      type(place_t) :: nowhere, place
       integer, allocatable :: flat(:)
       integer :: i
       allocate (flat, source=flat_elements(draft%raw))
       if (size(flat) == 0) return
       call deck%open(card, 'ELEMENT', where=in_model)
       do i = 1, min(shown, size(flat))
-         call diagnostics%error(line_place(card%store, draft%element_line(flat(i))), &
-                                'element '//to_text(elements%ids%id(flat(i)))//' has no area')
+         if (allocated(draft%element_line)) place = line_place(card%store, draft%element_line(flat(i))) ! else generated
+         call diagnostics%error(place, 'element '//to_text(elements%ids%id(flat(i)))//' has no area')
       end do
       if (size(flat) > shown) &
          call diagnostics%error(nowhere, 'there are '//to_text(size(flat) - shown)//' more elements without area')
@@ -183,7 +196,9 @@ contains
 
    !> '1 element is', '2 elements are'.
    pure function counted(n, noun) result(text)
+      !> how many
       integer, intent(in) :: n
+      !> node or element
       character(len=*), intent(in) :: noun
       character(len=:), allocatable :: text
       text = to_text(n)//' '//noun
@@ -207,11 +222,13 @@ contains
 
    !> Resolve the sets, give the mesh their bits and count their members.
    subroutine adopt_sets(catalogue, n, bits, diagnostics)
+      !> ids and sets, of nodes or elements
       type(catalogue_t), intent(inout) :: catalogue
       !> nodes or elements in the mesh
       integer, intent(in) :: n
       !> of the mesh, (words, n)
       integer(i8), allocatable, intent(inout) :: bits(:, :)
+      !> errors and notes
       type(diagnostics_t), intent(inout) :: diagnostics
       integer(i8), allocatable :: entry_bits(:, :)
       integer(i8) :: rest
@@ -240,8 +257,11 @@ contains
 
    !> Notes about nodes on no element and line elements, and about sets that had no other members.
    subroutine note_left_out(nodes, elements, draft, diagnostics)
+      !> ids and sets
       type(catalogue_t), intent(in) :: nodes, elements
+      !> the mesh so far
       type(draft_t), intent(in) :: draft
+      !> errors and notes
       type(diagnostics_t), intent(inout) :: diagnostics
       type(place_t) :: nowhere
       integer, allocatable :: left(:)
@@ -260,6 +280,7 @@ contains
 
    !> '; element sets A, B had no other members', or nothing.
    pure function emptied(catalogue) result(text)
+      !> ids and sets, of nodes or elements
       type(catalogue_t), intent(in) :: catalogue
       character(len=:), allocatable :: text
       integer :: set, n

@@ -14,8 +14,8 @@ module rf_set_input
    !> part of the model's size by which a place may be missed (deck.md)
    real(wp), parameter :: margin_of_size = 1.0e-6_wp
 
-   !> unknown ids that are reported one by one
-   integer, parameter :: unknown_shown = 4
+   !> ids named in a warning about a block
+   integer, parameter :: ids_named = 5
 
    !> what the members of a block are
    integer, parameter :: by_id = 0, by_steps = 1, by_box = 2, by_ring = 3, by_nearest = 4
@@ -24,6 +24,7 @@ contains
 
    !> Read all blocks of `*NSET` or `*ELSET`.
    subroutine read_sets(deck, keyword, catalogue, x, present_entries, size_of_model)
+      !> the deck
       type(deck_t), intent(inout) :: deck
       !> NSET or ELSET: also the parameter with the name
       character(len=*), intent(in) :: keyword
@@ -37,8 +38,7 @@ contains
       real(wp), intent(in) :: size_of_model
       type(card_t) :: card
       character(len=:), allocatable :: name
-      integer :: set, manner, unknown
-      unknown = 0
+      integer :: set, manner
       call deck%open(card, keyword, where=in_model, bulk=.true., about='names a set of '//catalogue%noun()// &
                      's; blocks of the same name add up')
       do while (deck%next(card))
@@ -46,7 +46,7 @@ contains
          call check_name(card, name)
          set = catalogue%sets%define(name, card%keyword_place())
          call get_manner(card, catalogue%noun(), manner)
-         if (manner == by_id .or. card%describing()) call read_list(card, catalogue, set, unknown)
+         if (manner == by_id .or. card%describing()) call read_list(card, catalogue, set)
          if (manner == by_steps .or. card%describing()) call read_steps(card, catalogue, set)
          if (manner == by_box .or. card%describing()) &
             call read_boxes(card, catalogue, set, x, present_entries, margin_of_size*size_of_model)
@@ -55,11 +55,11 @@ contains
          if (manner == by_nearest .or. card%describing()) &
             call read_nearest(card, catalogue, set, x, present_entries, margin_of_size*size_of_model)
       end do
-      if (unknown > unknown_shown) call card%error(to_text(unknown - unknown_shown)//' more ids in *'//keyword//' are not defined')
    end subroutine read_sets
 
    !> A name that reads as a number could not be told from an id.
    subroutine check_name(card, name)
+      !> the block being read
       type(card_t), intent(inout) :: card
       !> of the set
       character(len=*), intent(in) :: name
@@ -71,6 +71,7 @@ contains
 
    !> Which of the forms a block has.
    subroutine get_manner(card, noun, manner)
+      !> the block being read
       type(card_t), intent(inout) :: card
       !> node or element
       character(len=*), intent(in) :: noun
@@ -90,30 +91,32 @@ contains
       if (count(given) > 1) call card%keyword_error('only one of GENERATE, BOX, CIRCLE, NEAREST can be given')
    end subroutine get_manner
 
-   !> Ids and names of sets, as many on a line as the user likes.
-   subroutine read_list(card, catalogue, set, unknown)
+   !> Ids and names of sets, as many on a line as the user likes. Ids that are not defined are left out with a warning, as
+   !> CalculiX does: tools that drop the line elements of an export leave their sets behind.
+   subroutine read_list(card, catalogue, set)
+      !> the block being read
       type(card_t), intent(inout) :: card
+      !> ids and sets, of nodes or elements
       type(catalogue_t), intent(inout) :: catalogue
       !> the set they belong to
       integer, intent(in) :: set
-      !> ids without a node or element so far
-      integer, intent(inout) :: unknown
       character(len=:), allocatable :: name
-      integer :: id, entry, i
-      logical :: failed_before
+      integer :: id, entry, i, unknown
+      character(len=:), allocatable :: unknown_ids
+      unknown = 0
+      unknown_ids = ''
       call card%form('ids')
       if (.not. card%needs_line('ids or names of sets')) return
       do
          do i = 1, card%fields()
             if (card%next_is_integer()) then
-               failed_before = card%line_failed ! by an unknown id: the others on the line still count
                call card%field_integer('id', id, at_least=1)
                entry = catalogue%ids%find(id)
-               if (card%line_failed .and. .not. failed_before) exit
+               if (card%line_failed) exit
                if (entry > 0) call catalogue%sets%add_entry(set, entry)
                if (entry > 0) cycle
                unknown = unknown + 1
-               if (unknown <= unknown_shown) call card%error('no '//catalogue%noun()//' '//to_text(id)//' is defined')
+               if (unknown <= ids_named) unknown_ids = unknown_ids//' '//to_text(id)
             else
                call card%field_name('id or set', name, about='ids or names of other sets, any number on a line')
                if (card%line_failed .or. card%describing()) exit
@@ -122,11 +125,16 @@ contains
          end do
          if (.not. card%line()) exit
       end do
+      if (unknown > ids_named) unknown_ids = unknown_ids//' ...'
+      if (unknown == 1) call card%warning('an id is left out, no '//catalogue%noun()//' has it:'//unknown_ids)
+      if (unknown > 1) call card%warning(to_text(unknown)//' ids are left out, no '//catalogue%noun()//' has them:'//unknown_ids)
    end subroutine read_list
 
    !> First, last and step of ids.
    subroutine read_steps(card, catalogue, set)
+      !> the block being read
       type(card_t), intent(inout) :: card
+      !> ids and sets, of nodes or elements
       type(catalogue_t), intent(inout) :: catalogue
       !> the set they belong to
       integer, intent(in) :: set
@@ -142,7 +150,7 @@ contains
          if (.not. (card%line_failed .or. card%describing())) then
             call run_of_ids(catalogue, set, first, last, step, n, missing)
             if (n == 0) then
-               call card%error('no '//catalogue%noun()//' with any of these ids is defined')
+               call card%warning('no '//catalogue%noun()//' with any of these ids is defined')
             else if (missing > 0) then
                call card%warning(to_text(missing)//' of these ids are not defined')
             end if
@@ -153,6 +161,7 @@ contains
 
    !> Add all entries whose id is first, first + step, ... up to last.
    subroutine run_of_ids(catalogue, set, first, last, step, n, missing)
+      !> ids and sets, of nodes or elements
       type(catalogue_t), intent(inout) :: catalogue
       !> the set they belong to
       integer, intent(in) :: set
@@ -184,11 +193,15 @@ contains
 
    !> Boxes.
    subroutine read_boxes(card, catalogue, set, x, present_entries, margin)
+      !> the block being read
       type(card_t), intent(inout) :: card
+      !> ids and sets, of nodes or elements
       type(catalogue_t), intent(inout) :: catalogue
       !> the set
       integer, intent(in) :: set
+      !> places of the entries [length]
       real(wp), intent(in) :: x(:, :)
+      !> the entry will be in the mesh
       logical, intent(in) :: present_entries(:)
       !> [length]
       real(wp), intent(in) :: margin
@@ -216,11 +229,15 @@ contains
 
    !> Rings and circles.
    subroutine read_rings(card, catalogue, set, x, present_entries, margin)
+      !> the block being read
       type(card_t), intent(inout) :: card
+      !> ids and sets, of nodes or elements
       type(catalogue_t), intent(inout) :: catalogue
       !> the set
       integer, intent(in) :: set
+      !> places of the entries [length]
       real(wp), intent(in) :: x(:, :)
+      !> the entry will be in the mesh
       logical, intent(in) :: present_entries(:)
       !> [length]
       real(wp), intent(in) :: margin
@@ -248,11 +265,15 @@ contains
 
    !> The nearest of all to each point.
    subroutine read_nearest(card, catalogue, set, x, present_entries, margin)
+      !> the block being read
       type(card_t), intent(inout) :: card
+      !> ids and sets, of nodes or elements
       type(catalogue_t), intent(inout) :: catalogue
       !> the set
       integer, intent(in) :: set
+      !> places of the entries [length]
       real(wp), intent(in) :: x(:, :)
+      !> the entry will be in the mesh
       logical, intent(in) :: present_entries(:)
       !> [length]
       real(wp), intent(in) :: margin
@@ -273,11 +294,15 @@ contains
 
    !> A place without any member: most likely a slip, so the error says where the model is.
    subroutine nothing_there(card, catalogue, what, x, present_entries)
+      !> the block being read
       type(card_t), intent(inout) :: card
+      !> ids and sets, of nodes or elements
       type(catalogue_t), intent(in) :: catalogue
       !> 'the box'
       character(len=*), intent(in) :: what
+      !> places of the entries [length]
       real(wp), intent(in) :: x(:, :)
+      !> the entry will be in the mesh
       logical, intent(in) :: present_entries(:)
       character(len=:), allocatable :: text
       if (card%line_failed .or. card%describing() .or. .not. any(present_entries)) return
@@ -289,6 +314,7 @@ contains
 
    !> 'a to b'
    pure function range_of(values, counts) result(text)
+      !> any numbers
       real(wp), intent(in) :: values(:)
       !> values that count
       logical, intent(in) :: counts(:)

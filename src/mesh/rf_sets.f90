@@ -219,6 +219,7 @@ contains
       type(place_t), allocatable, intent(inout) :: places(:)
       !> where it goes: just behind those that are there
       integer, intent(in) :: n
+      !> where the deck says it
       type(place_t), intent(in) :: place
       type(place_t), allocatable :: larger(:)
       if (.not. allocated(places)) allocate (places(8))

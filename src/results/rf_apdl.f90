@@ -1,16 +1,17 @@
-!> A run as an input file of ANSYS (APDL), the program in which the paper's authors looked at their results: it rebuilds the mesh, the broken
-!> interfaces, the displacements and the stresses of any frame.
+!> A run as an input file of ANSYS (APDL), the program in which the paper's authors looked at their results: it rebuilds the mesh,
+!> the broken interfaces, the displacements and the stresses of any frame.
 !>
 !> In ANSYS, `*USE,JOB.mac,3` shows the third frame and `*USE,JOB.mac` the last one. Frames count from 1.
 !>
 !> Choices, with reasons:
-!> - Triangles are PLANE182 with the third node given twice (EN,id,i,j,k,k): the documented 3-node form of ANSYS's present 4-node element,
-!>   in which its shape functions become those of the constant strain triangle. PLANE2 had six nodes and is no longer documented.
-!> - Broken interfaces are MESH200 lines, one along each side: elements that are drawn, selected and listed but take no part in
-!>   a solution, so they need no contact settings. One element type for each mode, and components CRACK_EXISTING, CRACK_TENSION, CRACK_SHEAR. The two
-!>   sides of an interface follow each other, so the pair can be told.
-!> - POST1 changes results only where there are some. So each mesh is solved once with every node held (but for one direction of one node, as
-!>   ANSYS wants at least one unknown); DNSOL and DESOL then put the fields in. Materials are therefore of no account.
+!> - Triangles are PLANE182 with the third node given twice (EN,id,i,j,k,k): the documented 3-node form of ANSYS's present 4-node
+!>   element, in which its shape functions become those of the constant strain triangle. PLANE2 had six nodes and is no longer
+!>   documented.
+!> - Broken interfaces are MESH200 lines, one along each side: elements that are drawn, selected and listed but take no part in a
+!>   solution, so they need no contact settings. One element type for each mode, and components CRACK_EXISTING, CRACK_TENSION,
+!>   CRACK_SHEAR. The two sides of an interface follow each other, so the pair can be told.
+!> - POST1 changes results only where there are some. So each mesh is solved once with every node held (but for one direction of one
+!>   node, as ANSYS wants at least one unknown); DNSOL and DESOL then put the fields in. Materials are therefore of no account.
 !> - Nodes and elements one a line (N, EN), not in blocks (NBLOCK, EBLOCK): ANSYS does not skip blocks inside *IF.
 module rf_apdl
    use rf_kinds, only: wp, i8

@@ -1,7 +1,7 @@
 !> Tables as text: comma-separated ones (history, events), and JOB.dat in CalculiX's layout.
 !>
-!> CalculiX's layout was taken from the output of ccx 2.20 on a deck with NODE PRINT and EL PRINT: a blank line, a header, a blank line,
-!> then i10 for an id, i3 for an integration point, and 13 columns of 7 significant digits a value.
+!> CalculiX's layout was taken from the output of ccx 2.20 on a deck with NODE PRINT and EL PRINT: a blank line, a header, a blank
+!> line, then i10 for an id, i3 for an integration point, and 13 columns of 7 significant digits a value.
 module rf_ascii
    use rf_kinds, only: wp
    use rf_text_file, only: text_file_t
@@ -188,7 +188,8 @@ contains
       real(wp), intent(in) :: time
       !> element ids of the deck
       integer, intent(in) :: ids(:)
-      !> (6, elements): XX YY ZZ XY YZ XZ as in the frames; shear strains are the tensor's (half the engineering ones), as ccx has them
+      !> (6, elements): XX YY ZZ XY YZ XZ as in the frames; shear strains are the tensor's (half the engineering ones), as ccx has
+      !> them
       real(wp), intent(in) :: values(:, :)
       character(len=:), allocatable, intent(out) :: error
       !> ccx writes XX YY ZZ XY XZ YZ

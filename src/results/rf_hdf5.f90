@@ -3,7 +3,7 @@
 !> No other module of rfem uses the library. Nothing here stops: every procedure that can fail hands back `error`, the file and
 !> the reason the system gave; unallocated means that all is well. HDF5's own printing is switched off.
 module rf_hdf5
-   use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_loc, c_ptr, c_null_char
+   use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_f_pointer, c_loc, c_ptr, c_null_char, c_char
    use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5fcreate_f, h5fopen_f, h5fclose_f, h5fflush_f, &
       h5fget_obj_count_f, h5gcreate_f, h5gclose_f, h5pcreate_f, h5pclose_f, h5pset_libver_bounds_f, h5pset_fclose_degree_f, &
       h5eset_auto_f, h5screate_f, h5screate_simple_f, h5sclose_f, h5acreate_by_name_f, h5aexists_by_name_f, &
@@ -14,7 +14,7 @@ module rf_hdf5
       h5f_acc_rdwr_f, h5f_scope_global_f, h5f_libver_v110_f, h5f_close_strong_f, h5f_obj_all_f, &
       h5f_obj_datatype_f
    use rf_kinds, only: wp, i8
-   use rf_system, only: remove_file
+   use rf_system, only: refuse_large_files, remove_file
    use rf_hdf5_reason, only: hdf5_reason
    implicit none
    private
@@ -55,6 +55,24 @@ module rf_hdf5
          import :: c_int, c_int64_t
          integer(c_int64_t), value :: file
       end function c_start_swmr
+      integer(c_int) function c_handle(file, access, handle) bind(c, name='H5Fget_vfd_handle')
+         import :: c_int, c_int64_t, c_ptr
+         integer(c_int64_t), value :: file, access
+         type(c_ptr), intent(out) :: handle
+      end function c_handle
+      integer(c_int) function c_memfd_create(name, flags) bind(c, name='memfd_create')
+         import :: c_int, c_char
+         character(kind=c_char), intent(in) :: name(*)
+         integer(c_int), value :: flags
+      end function c_memfd_create
+      integer(c_int) function c_dup2(old, new) bind(c, name='dup2')
+         import :: c_int
+         integer(c_int), value :: old, new
+      end function c_dup2
+      integer(c_int) function c_close(descriptor) bind(c, name='close')
+         import :: c_int
+         integer(c_int), value :: descriptor
+      end function c_close
    end interface
 
 contains
@@ -86,6 +104,7 @@ contains
    !> and complain or hang; all files are closed by name here.
    subroutine prepare_library()
       integer :: status
+      call refuse_large_files()
       call h5dont_atexit_f(status)
       call h5open_f(status)
       call h5eset_auto_f(0, status)
@@ -155,7 +174,8 @@ contains
       call hdf5_failure(status, this%path, 'write to this file', error)
    end subroutine flush_file
 
-   !> Close; what was opened in the file is closed with it. Nothing to do for a closed file.
+   !> Close; what was opened in the file is closed with it. Nothing to do for a closed file. After a failure the file is
+   !> given up: HDF5 1.10 crashes when it is asked to close a second time what it could not close.
    subroutine close_file(this, error)
       class(hdf5_file_t), intent(inout) :: this
       character(len=:), allocatable, intent(out) :: error
@@ -167,15 +187,32 @@ contains
       this%swmr = .false.
    end subroutine close_file
 
-   !> Close and delete what `create` made; errors do not matter any more.
+   !> Close and delete what `create` made; errors do not matter any more. HDF5 does not close what it cannot write (full disk, limit
+   !> of file sizes), and crashes when asked twice, so first all that it still wants to write is sent to memory.
    subroutine discard(this)
       class(hdf5_file_t), intent(inout) :: this
       character(len=:), allocatable :: ignored
       logical :: gone
+      if (this%is_open()) call redirect_to_memory(this%id)
       call this%close(ignored)
       if (this%made_here) gone = remove_file(this%path)
       this%made_here = .false.
    end subroutine discard
+
+   !> Let what HDF5 still wants to write to a file go to memory (Linux's memfd) and vanish with it.
+   subroutine redirect_to_memory(id)
+      !> id of an open file
+      integer(hid_t), intent(in) :: id
+      type(c_ptr) :: handle
+      integer(c_int), pointer :: descriptor
+      integer(c_int) :: memory, status
+      if (c_handle(int(id, c_int64_t), 0_c_int64_t, handle) < 0) return
+      call c_f_pointer(handle, descriptor)
+      memory = c_memfd_create('discarded'//c_null_char, 0_c_int)
+      if (memory < 0) return
+      status = c_dup2(memory, descriptor)
+      status = c_close(memory)
+   end subroutine redirect_to_memory
 
    pure logical function is_open(this)
       class(hdf5_file_t), intent(in) :: this

@@ -1,7 +1,8 @@
 !> Growing datasets of an HDF5 file: rows are appended at the end. The columns of tables and the fields of frames are such series.
 !>
-!> Life: `create` (all series of a file, before its SWMR mode starts), `open` (after it), `append`, `close`. Rows are (component, row) arrays,
-!> or plain arrays for series of one component. While the file is in SWMR mode each append is handed on at once.
+!> Life: `create` (all series of a file, before its SWMR mode starts), `open` (after it), `append`, `close`. Rows are (component,
+!> row) arrays, or plain arrays for series of one component. While the file is in SWMR mode each append is handed on at once, unless
+!> the series is `held`.
 module rf_hdf5_series
    use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_loc, c_ptr
    use, intrinsic :: iso_fortran_env, only: real32
@@ -34,6 +35,8 @@ module rf_hdf5_series
       integer :: components = 0
       !> characters of an entry of a text series
       integer :: text_length = 1
+      !> rows wait for the file's own flush even in SWMR mode: for short rows of several series that belong together
+      logical :: held = .false.
    contains
       procedure :: create
       procedure :: open => open_series
@@ -276,7 +279,7 @@ contains
    end subroutine append_texts
 
    !> Lengthen the dataset by n rows and fill them. In SWMR mode it is flushed as well: so the rows are complete on disk before the
-   !> file's own flush, and no reader meets half of them.
+   !> file's own flush tells of them.
    subroutine append_memory(this, file, memory_type, values, n, error)
       class(hdf5_series_t), intent(inout) :: this
       type(hdf5_file_t), intent(in) :: file
@@ -306,7 +309,7 @@ contains
       call h5sclose_f(file_space, ignored)
       if (allocated(error)) return
       this%rows = this%rows + n
-      if (file%swmr) call hdf5_failure(int(c_dataset_flush(int(this%id, c_int64_t))), file%path, &
+      if (file%swmr .and. .not. this%held) call hdf5_failure(int(c_dataset_flush(int(this%id, c_int64_t))), file%path, &
                                        'write the dataset '//this%name, error)
    end subroutine append_memory
 

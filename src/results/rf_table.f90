@@ -1,7 +1,8 @@
 !> History and events: one table, written row by row to a CSV file and to growing datasets of an HDF5 file.
 !>
-!> Order of calls: `create` (makes the CSV file and, in the HDF5 file, GROUP/COLUMN for each column); after the HDF5 file's SWMR mode
-!> has started `start`; then per row `put` for each column in turn and `end_row`; at last `close`. The HDF5 file is the caller's.
+!> Order of calls: `create` (makes the CSV file and, in the HDF5 file, GROUP/COLUMN for each column); after the HDF5 file's SWMR
+!> mode has started `start`; then per row `put` for each column in turn and `end_row`; at last `close`. The HDF5 file is the
+!> caller's.
 module rf_table
    use rf_kinds, only: wp
    use rf_ascii, only: csv_t
@@ -85,6 +86,7 @@ contains
          this%series(i)%name = group//'/'//columns(i)%name
          this%series(i)%element = columns(i)%kind
          this%series(i)%text_length = text_length
+         this%series(i)%held = .true.
          call this%series(i)%create(file, chunk_rows, .false., error)
          if (allocated(error)) return
       end do

@@ -1,12 +1,13 @@
 !> Frames of a run as VTKHDF 2.0, temporal UnstructuredGrid: ParaView (5.12 or newer), VTK and h5py open the file as it is.
 !>
-!> Order of calls: `create`; `add_geometry` whenever nodes or cells have changed (it is stored once while they have not);
-!> per frame `begin_frame`, `point_data`/`cell_data` for the fields, `end_frame`; at last `close`. A field that was declared is in every
-!> frame; one that is not given in a frame keeps its values as long as the geometry is the same (ids, materials).
-!> An error is remembered, the calls after it do nothing, and `end_frame` and `close` hand it back.
+!> Order of calls: `create`; `add_geometry` whenever nodes or cells have changed (it is stored once while they have not); per frame
+!> `begin_frame`, `point_data`/`cell_data` for the fields, `end_frame`; at last `close`. A field that was declared is in every
+!> frame; one that is not given in a frame keeps its values as long as the geometry is the same (ids, materials). An error is
+!> remembered, the calls after it do nothing, and `end_frame` and `close` hand it back.
 !>
-!> The file is in HDF5's single-writer-multiple-reader mode from its first geometry on: whatever happens to the program, finished frames can be
-!> read (h5py with swmr=True, others after `h5clear -s --increment=0 FILE`). A file closed normally is an ordinary one.
+!> The file is in HDF5's single-writer-multiple-reader mode from its first geometry on: whatever happens to the program, finished
+!> frames can be read (h5py with swmr=True, others after `h5clear -s --increment=0 FILE`). A file closed normally is an ordinary
+!> one.
 module rf_vtkhdf
    use, intrinsic :: iso_fortran_env, only: real32
    use rf_kinds, only: wp, i1, i8
@@ -31,8 +32,8 @@ module rf_vtkhdf
 
    !> the series that describe geometries and frames, as positions in `layout`
    integer, parameter :: number_of_points = 1, number_of_cells = 2, number_of_ids = 3, points = 4, connectivity = 5, &
-      offsets = 6, types = 7, values = 8, part_offsets = 9, number_of_parts = 10, point_offsets = 11, cell_offsets = 12, &
-      id_offsets = 13, kinds = 14, kind_offsets = 15, kind_sizes = 16, layout_size = 16
+      offsets = 6, types = 7, part_offsets = 8, number_of_parts = 9, point_offsets = 10, cell_offsets = 11, &
+      id_offsets = 12, kinds = 13, kind_offsets = 14, kind_sizes = 15, values = 16, layout_size = 16
 
    !> What a field is called and how it is stored.
    type, public :: vtkhdf_field_t
@@ -74,6 +75,8 @@ module rf_vtkhdf
       !> time of the last frame as it was given and as it was written, and how many frames have had it
       real(wp), private :: time = -huge(1.0_wp), written_time = -huge(1.0_wp)
       integer, private :: frames_of_time = 0
+      !> frame_kind of the present frame
+      integer, private :: kind = 0
       !> the first error
       character(len=:), allocatable, private :: failure
    contains
@@ -150,6 +153,7 @@ contains
          stored(i)%values%components = merge(0, fields(i)%components, fields(i)%components == 1)
          stored(i)%offsets%name = '/VTKHDF/Steps/'//group//'Offsets/'//fields(i)%name
          stored(i)%offsets%element = integer_64
+         stored(i)%offsets%held = .true.
       end do
    end subroutine describe_fields
 
@@ -157,15 +161,16 @@ contains
    subroutine describe_layout(layout)
       type(hdf5_series_t), intent(inout) :: layout(:)
       character(len=*), parameter :: names(layout_size) = [character(len=33) :: 'NumberOfPoints', 'NumberOfCells', &
-                            'NumberOfConnectivityIds', 'Points', 'Connectivity', 'Offsets', 'Types', 'Steps/Values', &
+                            'NumberOfConnectivityIds', 'Points', 'Connectivity', 'Offsets', 'Types', &
                             'Steps/PartOffsets', 'Steps/NumberOfParts', 'Steps/PointOffsets', 'Steps/CellOffsets', &
                             'Steps/ConnectivityIdOffsets', 'FieldData/frame_kind', 'Steps/FieldDataOffsets/frame_kind', &
-                            'Steps/FieldDataSizes/frame_kind']
+                            'Steps/FieldDataSizes/frame_kind', 'Steps/Values']
       integer :: i
       do i = 1, layout_size
          layout(i)%name = '/VTKHDF/'//trim(names(i))
       end do
       layout%element = integer_64
+      layout(part_offsets:)%held = .true.
       layout(points)%element = real_64
       layout(values)%element = real_64
       layout(types)%element = byte_8
@@ -291,7 +296,8 @@ contains
       integer(i1), allocatable :: kind(:)
       integer :: i, j, m, status
       m = this%nodes_per_cell
-      allocate (ids(max(size(cells), this%n_cells + 1)), kind(this%n_cells), stat=status)
+      allocate (ids(max(size(cells), this%n_cells + 1)), stat=status)
+      if (status == 0) allocate (kind(this%n_cells), stat=status)
       if (status /= 0) then
          error = this%file%path//': no memory for a copy of the cells'
          return
@@ -320,31 +326,14 @@ contains
       !> field data `frame_kind`: 0 start, 1 before the first event, 2 after an event, 3 nothing fails any more, 4 not converged
       integer, intent(in) :: kind
       character(len=:), allocatable :: error
-      integer :: i
       if (allocated(this%failure)) return
       if (this%geometries == 0 .or. this%in_frame) error = this%file%path//': a frame was begun out of turn'
       if (this%note(error)) return
       this%in_frame = .true.
+      this%kind = kind
       this%frames_of_time = merge(this%frames_of_time + 1, 0, abs(time - this%time) <= 0.0_wp)
       this%time = time
       this%written_time = max(shifted_time(time, this%frames_of_time), nearest(this%written_time, 1.0_wp))
-      associate (layout => this%layout)
-         call layout(values)%append(this%file, [this%written_time], error)
-         do i = part_offsets, kind_sizes
-            if (allocated(error)) exit
-            select case (i)
-            case (part_offsets); call layout(i)%append(this%file, [this%geometries - 1], error)
-            case (number_of_parts); call layout(i)%append(this%file, [1], error)
-            case (point_offsets); call layout(i)%append(this%file, [this%first_point], error)
-            case (cell_offsets); call layout(i)%append(this%file, [this%first_cell], error)
-            case (id_offsets); call layout(i)%append(this%file, [this%first_id], error)
-            case (kinds); call layout(i)%append(this%file, [kind], error)
-            case (kind_offsets); call layout(i)%append(this%file, [layout(kinds)%rows - 1], error)
-            case (kind_sizes); call layout(i)%append(this%file, [1_i8, 1_i8], error) ! components, tuples
-            end select
-         end do
-      end associate
-      if (this%note(error)) return
    end subroutine begin_frame
 
    !> Time as it is written.
@@ -480,13 +469,38 @@ contains
       call finish_fields(this, this%point_fields)
       call finish_fields(this, this%cell_fields)
       if (.not. allocated(this%failure)) then
-         call this%file%set_attribute('/VTKHDF/Steps', 'NSteps', this%frames + 1, problem)
+         call write_step(this, problem)
          if (.not. allocated(problem)) call this%file%flush(problem)
          if (.not. this%note(problem)) this%frames = this%frames + 1
       end if
       this%in_frame = .false.
       if (allocated(this%failure)) error = this%failure
    end subroutine end_frame
+
+   !> Enter the frame into the list of time steps. VTK (9.7) overruns its memory where there are more times than NSteps, so nothing
+   !> of this is written before the frame is complete, the time comes last, and one flush hands on all of it.
+   subroutine write_step(this, error)
+      class(vtkhdf_file_t), intent(inout) :: this
+      character(len=:), allocatable, intent(out) :: error
+      integer :: i
+      associate (layout => this%layout)
+         do i = part_offsets, layout_size
+            select case (i)
+            case (part_offsets); call layout(i)%append(this%file, [this%geometries - 1], error)
+            case (number_of_parts); call layout(i)%append(this%file, [1], error)
+            case (point_offsets); call layout(i)%append(this%file, [this%first_point], error)
+            case (cell_offsets); call layout(i)%append(this%file, [this%first_cell], error)
+            case (id_offsets); call layout(i)%append(this%file, [this%first_id], error)
+            case (kinds); call layout(i)%append(this%file, [this%kind], error)
+            case (kind_offsets); call layout(i)%append(this%file, [layout(kinds)%rows - 1], error)
+            case (kind_sizes); call layout(i)%append(this%file, [1_i8, 1_i8], error) ! components, tuples
+            case (values); call layout(i)%append(this%file, [this%written_time], error)
+            end select
+            if (allocated(error)) return
+         end do
+      end associate
+      call this%file%set_attribute('/VTKHDF/Steps', 'NSteps', this%frames + 1, error)
+   end subroutine write_step
 
    !> Note for each field where its values of this frame are: new ones, or those of an earlier frame of the same geometry.
    subroutine finish_fields(this, fields)

@@ -1,8 +1,8 @@
 !> Writes result files of known content, for test_read_back.py and for tests with kill -9 and full disks.
 !>
-!> `write_samples samples FOLDER` all kinds of file, small · `endless FILE` frames until it is killed, each told on standard output ·
-!> `fill KIND FILE N` frames, rows or tables (KIND vtkhdf, h5, csv, dat or mac), at most N, until the disk is full: prints the error, discards,
-!> exit 3 · `keep FILE N` the same for frames, but closes the file instead of discarding it.
+!> `write_samples samples FOLDER` all kinds of file, small · `endless FILE` frames until it is killed, each told on standard output
+!> · `fill KIND FILE N` frames, rows or tables (KIND vtkhdf, h5, csv, dat or mac), at most N, until the disk is full: prints the
+!> error, discards, exit 3 · `keep FILE N` the same for frames, but closes the file instead of discarding it.
 program write_samples
    use, intrinsic :: iso_fortran_env, only: output_unit
    use rf_kinds, only: wp

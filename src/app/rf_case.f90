@@ -1,0 +1,78 @@
+!> From a deck to a simulation: all readers in the order in which they need each other. The same calls describe the deck
+!> for its manual.
+module rf_case
+   use rf_kinds, only: wp
+   use rf_deck, only: deck_t
+   use rf_diagnostics, only: diagnostics_t, place_t, new_place
+   use rf_mesh_input, only: mesh_input_t
+   use rf_topology, only: build_topology, manifold_ok
+   use rf_material_input, only: read_materials
+   use rf_strength_input, only: read_strengths, read_no_split
+   use rf_relaxation_input, only: read_relaxation
+   use rf_fracture_input, only: read_fracture, check_strengths
+   use rf_load_input, only: read_loads
+   use rf_support_check, only: check_supports
+   use rf_output_input, only: output_requests_t, read_output, check_stop_drop
+   use rf_step_input, only: read_steps, read_job, declare_others
+   use rf_simulation, only: simulation_t
+   use rf_text, only: to_text
+   implicit none
+   private
+   public :: read_case
+
+contains
+
+   !> Read everything; what is wrong goes to the diagnostics.
+   subroutine read_case(deck, simulation, requests, job, diagnostics)
+      type(deck_t), intent(inout) :: deck
+      type(simulation_t), intent(inout) :: simulation
+      !> what is to be written
+      type(output_requests_t), intent(out) :: requests
+      !> name that *JOB gives, empty if none
+      character(len=:), allocatable, intent(out) :: job
+      type(diagnostics_t), intent(inout) :: diagnostics
+      type(mesh_input_t) :: mesh_input
+      associate (model => simulation%model)
+         call read_job(deck, job)
+         call mesh_input%read(deck, model%mesh, diagnostics)
+         call connect(mesh_input, simulation, deck, diagnostics)
+         call read_materials(deck, mesh_input, model%mesh, model%material, diagnostics)
+         call read_strengths(deck, model%material, model%failure, diagnostics)
+         call model%failure%prepare(model%mesh, model%material)
+         call read_no_split(deck, mesh_input, model%mesh, model%failure, diagnostics)
+         call read_steps(deck, simulation%steps)
+         call read_relaxation(deck, simulation%relaxation)
+         call read_fracture(deck, simulation%fracture)
+         call check_strengths(deck, model%mesh, model%material, model%failure)
+         call read_loads(deck, mesh_input, model%mesh, model%material, model%loads%amplitudes, simulation%loads, &
+                         simulation%replaced, diagnostics)
+         call check_supports(deck, model%mesh, simulation%loads, simulation%replaced, diagnostics)
+         call read_output(deck, mesh_input, model%mesh, requests)
+         call check_stop_drop(deck, requests, simulation%fracture)
+         call declare_others(deck)
+         call deck%finish(diagnostics)
+         if (deck%describing() .or. diagnostics%n_errors > 0) return
+         call model%loads%know_faces(model%mesh, simulation%loads, mesh_input%turned)
+      end associate
+   end subroutine read_case
+
+   !> Find the neighbours of all elements.
+   subroutine connect(mesh_input, simulation, deck, diagnostics)
+      type(mesh_input_t), intent(in) :: mesh_input
+      type(simulation_t), intent(inout) :: simulation
+      type(deck_t), intent(in) :: deck
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer :: status, offenders(2)
+      associate (unused => mesh_input)
+      end associate
+      if (deck%describing() .or. simulation%model%mesh%n_elements == 0) return
+      call build_topology(simulation%model%mesh, status, offenders)
+      if (status == manifold_ok) return
+      associate (id => simulation%model%mesh%element_id)
+         call diagnostics%error(new_place(deck%name(), 0), 'elements '//to_text(minval(id(offenders)))//' and '// &
+                                to_text(maxval(id(offenders)))//' overlap, or share an edge with a third one; '// &
+                                'an edge has at most two elements, one on each side')
+      end associate
+   end subroutine connect
+
+end module rf_case

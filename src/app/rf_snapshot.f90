@@ -1,0 +1,57 @@
+!> A state that a run can come back to: probes for the load of the first event are discarded with all they changed, and
+!> a mechanism stops the run at the last equilibrium.
+module rf_snapshot
+   use rf_kinds, only: wp
+   use rf_model, only: model_t
+   implicit none
+   private
+   public :: snapshot_t
+
+   type :: snapshot_t
+      !> the state fits the mesh as it is now
+      logical :: valid = .false.
+      !> part of the step that was done [-]
+      real(wp) :: fraction = 0
+      !> displacements [length], (nodes)
+      real(wp), allocatable :: ux(:), uy(:)
+      real(wp) :: largest_scale = 0
+   contains
+      procedure :: take, restore, interpolate
+   end type snapshot_t
+
+contains
+
+   !> Remember the present state; the fraction is set by the caller.
+   subroutine take(self, model)
+      class(snapshot_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      self%ux = model%motion%ux(:model%mesh%n_nodes)
+      self%uy = model%motion%uy(:model%mesh%n_nodes)
+      self%largest_scale = model%relaxation%largest_scale
+      self%valid = .true.
+   end subroutine take
+
+   !> Go back to the state.
+   subroutine restore(self, model)
+      class(snapshot_t), intent(in) :: self
+      type(model_t), intent(inout) :: model
+      model%motion%ux(:size(self%ux)) = self%ux
+      model%motion%uy(:size(self%uy)) = self%uy
+      model%relaxation%largest_scale = self%largest_scale
+   end subroutine restore
+
+   !> Displacements on the line through two states, where it reaches a fraction of the step: the start of a relaxation.
+   subroutine interpolate(self, other, fraction, model)
+      class(snapshot_t), intent(in) :: self
+      type(snapshot_t), intent(in) :: other
+      real(wp), intent(in) :: fraction
+      type(model_t), intent(inout) :: model
+      real(wp) :: part
+      integer :: n
+      n = size(self%ux)
+      part = (fraction - self%fraction)/(other%fraction - self%fraction)
+      model%motion%ux(:n) = self%ux + part*(other%ux - self%ux)
+      model%motion%uy(:n) = self%uy + part*(other%uy - self%uy)
+   end subroutine interpolate
+
+end module rf_snapshot

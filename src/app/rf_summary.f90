@@ -1,0 +1,86 @@
+!> What the log says of the model before a run, and of the run after it.
+module rf_summary
+   use, intrinsic :: iso_fortran_env, only: output_unit
+   use rf_kinds, only: wp
+   use rf_simulation, only: simulation_t
+   use rf_recorder, only: digests_of
+   use rf_criterion_griffith, only: griffith_t, griffith_jump
+   use rf_log, only: short
+   use rf_text, only: to_text
+   implicit none
+   private
+   public :: summarise_model, summarise_run
+
+contains
+
+   !> Size of the mesh, materials, and how the criterion jumps.
+   subroutine summarise_model(simulation, seconds)
+      type(simulation_t), intent(in) :: simulation
+      !> time of reading [s]
+      real(wp), intent(in) :: seconds
+      integer :: m
+      associate (mesh => simulation%model%mesh, failure => simulation%model%failure)
+         write (output_unit, '(a)') 'model: '//to_text(mesh%n_nodes)//' nodes, '//to_text(mesh%n_elements)//' elements, '// &
+            to_text(size(simulation%steps))//' steps, mean edge '//short(mesh%mean_edge)//', read in '//short(seconds)//' s'
+         do m = 1, size(failure%strength)
+            if (.not. failure%strength(m)%given) cycle
+            select type (law => failure%criterion(m)%law)
+            type is (griffith_t)
+               write (output_unit, '(a)') 'note: CRITERION=GRIFFITH of material '//trim(simulation%model%material%name(m))// &
+                  ' jumps at sigma1 = -3 sigma3: a tension of '//short(failure%strength(m)%tensile)//' fails on one side, of '// &
+                  short(griffith_jump(failure%strength(m)%cohesion, failure%strength(m)%tan_friction))//' on the other'
+            end select
+         end do
+      end associate
+      flush (output_unit)
+   end subroutine summarise_model
+
+   !> Checks, digests, times and files.
+   subroutine summarise_run(simulation, wall_time)
+      type(simulation_t), intent(in) :: simulation
+      !> [s]
+      real(wp), intent(in) :: wall_time
+      character(len=16) :: digests(2)
+      character(len=12) :: rate
+      associate (model => simulation%model, relaxation => simulation%model%relaxation, &
+                 figures => simulation%recorder%history%figures)
+         write (output_unit, '(a)') ''
+         write (output_unit, '(a)') 'events: '//to_text(model%events)//' ('//to_text(model%events_tension)//' in tension, '// &
+            to_text(model%events_shear)//' in shear), cracks: '//to_text(figures%cracks)//', crack length '// &
+            short(figures%crack_length)//', fragments: '//to_text(model%pieces%n)
+         call write_checks()
+         write (rate, '(es10.3)') relaxation%element_updates/max(relaxation%seconds, tiny(1.0_wp))
+         write (output_unit, '(a)') 'wall time '//short(wall_time)//' s, relaxation '//short(relaxation%seconds)//' s, '// &
+            trim(adjustl(rate))//' element updates per second'
+         write (output_unit, '(a)') 'files: '//simulation%recorder%files
+         digests = digests_of(model)
+         write (output_unit, '(a)') 'digest displacements='//digests(1)//' topology='//digests(2)
+      end associate
+      flush (output_unit)
+
+   contains
+
+      !> The checks of section balance, strength and energy.
+      subroutine write_checks()
+         associate (model => simulation%model, figures => simulation%recorder%history%figures)
+            if (simulation%not_converged > 0) write (output_unit, '(a)') 'warning: '//to_text(simulation%not_converged)// &
+               ' relaxations ended above the tolerance (converged = 0)'
+            if (size(simulation%recorder%history%lines) > 0) &
+               write (output_unit, '(a)') 'check of section balance: largest error '//short(figures%section_error)
+            write (output_unit, '(a)') 'check of energy: largest error '//short(figures%energy_error)//' of the external work'
+            if (.not. any(simulation%fracture%on)) return
+            write (output_unit, '(a)') 'check of strength: largest utilisation left '//short(simulation%largest_settled)// &
+               '; exhausted nodes '//to_text(model%failure%n_exhausted)//', their largest '// &
+               short(model%failure%largest_exhausted)
+            if (model%failure%out_of_plane_node > 0) write (output_unit, '(a)') 'warning: at node '// &
+               to_text(model%mesh%node_id(model%failure%out_of_plane_node))//' the stress out of the plane was the extreme '// &
+               'one when the node failed; the criterion looks at the stresses in the plane only'
+            if (model%slip_warning_node > 0) write (output_unit, '(a)') 'warning: the slip of the pair at node '// &
+               to_text(model%mesh%node_id(model%slip_warning_node))//' exceeds 0.2 of the element size; node pairs hold for '// &
+               'less'
+         end associate
+      end subroutine write_checks
+
+   end subroutine summarise_run
+
+end module rf_summary

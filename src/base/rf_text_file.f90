@@ -1,0 +1,218 @@
+!> A text file that is being written: buffered, with every failure kept as an error text, and able to delete itself.
+!>
+!> It writes through C's stdio because gfortran's FLUSH and CLOSE keep quiet about a full disk (libgfortran 12 drops what the system
+!> says). After the first failure further output is dropped; `flush` and `close` hand the error back.
+module rf_text_file
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_long, c_null_char, c_null_ptr, c_ptr, &
+      c_size_t
+   use rf_kinds, only: i8
+   use rf_system, only: refuse_large_files, remove_file
+   implicit none
+   private
+
+   !> characters collected before they go to the file
+   integer, parameter :: buffer_size = 65536
+   !> whence of fseek: from the beginning, from the end (stdio.h)
+   integer(c_int), parameter :: from_beginning = 0_c_int, from_end = 2_c_int
+   !> longest reason that is kept [characters]
+   integer, parameter :: reason_length = 200
+
+   type, public :: text_file_t
+      !> where it is
+      character(len=:), allocatable :: path
+      type(c_ptr), private :: stream = c_null_ptr
+      logical, private :: opened = .false.
+      character(len=:), allocatable, private :: buffer
+      !> characters in the buffer
+      integer, private :: used = 0
+      !> characters in the file
+      integer(i8), private :: written = 0
+      !> the first error
+      character(len=:), allocatable, private :: failure
+   contains
+      procedure :: create
+      procedure :: put
+      procedure :: put_line
+      procedure :: position
+      procedure :: overwrite
+      procedure :: flush => flush_file
+      procedure :: close => close_file
+      procedure :: discard
+      procedure :: is_open
+      procedure, private :: empty_buffer, note
+   end type text_file_t
+
+   interface
+      function c_fopen(path, mode) bind(c, name='fopen') result(stream)
+         import :: c_ptr, c_char
+         character(kind=c_char), intent(in) :: path(*), mode(*)
+         type(c_ptr) :: stream
+      end function c_fopen
+      function c_fwrite(text, size, number, stream) bind(c, name='fwrite') result(done)
+         import :: c_ptr, c_char, c_size_t
+         character(kind=c_char), intent(in) :: text(*)
+         integer(c_size_t), value :: size, number
+         type(c_ptr), value :: stream
+         integer(c_size_t) :: done
+      end function c_fwrite
+      function c_fflush(stream) bind(c, name='fflush') result(status)
+         import :: c_ptr, c_int
+         type(c_ptr), value :: stream
+         integer(c_int) :: status
+      end function c_fflush
+      function c_fseek(stream, offset, whence) bind(c, name='fseek') result(status)
+         import :: c_ptr, c_int, c_long
+         type(c_ptr), value :: stream
+         integer(c_long), value :: offset
+         integer(c_int), value :: whence
+         integer(c_int) :: status
+      end function c_fseek
+      function c_fclose(stream) bind(c, name='fclose') result(status)
+         import :: c_ptr, c_int
+         type(c_ptr), value :: stream
+         integer(c_int) :: status
+      end function c_fclose
+      function c_errno_location() bind(c, name='__errno_location') result(place)
+         import :: c_ptr
+         type(c_ptr) :: place
+      end function c_errno_location
+      function c_strerror(number) bind(c, name='strerror') result(text)
+         import :: c_ptr, c_int
+         integer(c_int), value :: number
+         type(c_ptr) :: text
+      end function c_strerror
+   end interface
+
+contains
+
+   !> Make the file; an existing one is replaced.
+   subroutine create(this, path, error)
+      class(text_file_t), intent(out) :: this
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable, intent(out) :: error
+      call refuse_large_files()
+      this%path = path
+      allocate (character(len=buffer_size) :: this%buffer)
+      this%stream = c_fopen(path//c_null_char, 'w'//c_null_char)
+      this%opened = c_associated(this%stream)
+      call this%note(this%opened, 'create')
+      if (allocated(this%failure)) error = this%failure
+   end subroutine create
+
+   !> Keep the first error. Call it right after the failing call.
+   subroutine note(this, good, what)
+      class(text_file_t), intent(inout) :: this
+      !> the call went well
+      logical, intent(in) :: good
+      !> what was tried with the file: create, write to, finish
+      character(len=*), intent(in) :: what
+      if (good .or. allocated(this%failure)) return
+      this%failure = this%path//': cannot '//what//' this file: '//system_reason()
+   end subroutine note
+
+   !> Why the last call of C's library failed.
+   function system_reason() result(reason)
+      character(len=:), allocatable :: reason
+      integer(c_int), pointer :: number
+      character(kind=c_char), pointer :: letters(:)
+      integer :: i
+      call c_f_pointer(c_errno_location(), number)
+      call c_f_pointer(c_strerror(number), letters, [reason_length])
+      reason = ''
+      do i = 1, reason_length
+         if (letters(i) == c_null_char) exit
+         reason = reason//letters(i)
+      end do
+   end function system_reason
+
+   !> Add text at the end.
+   subroutine put(this, text)
+      class(text_file_t), intent(inout) :: this
+      character(len=*), intent(in) :: text
+      integer :: done, n
+      if (.not. this%opened) return
+      done = 0
+      do while (done < len(text))
+         if (this%used == buffer_size) call this%empty_buffer()
+         n = min(len(text) - done, buffer_size - this%used)
+         this%buffer(this%used + 1:this%used + n) = text(done + 1:done + n)
+         this%used = this%used + n
+         done = done + n
+      end do
+   end subroutine put
+
+   !> Add text and an end of line.
+   subroutine put_line(this, text)
+      class(text_file_t), intent(inout) :: this
+      character(len=*), intent(in) :: text
+      call this%put(text)
+      call this%put(new_line('a'))
+   end subroutine put_line
+
+   subroutine empty_buffer(this)
+      class(text_file_t), intent(inout) :: this
+      integer(c_size_t) :: done
+      if (this%used > 0 .and. .not. allocated(this%failure)) then
+         done = c_fwrite(this%buffer, 1_c_size_t, int(this%used, c_size_t), this%stream)
+         call this%note(done == this%used, 'write to')
+         this%written = this%written + this%used
+      end if
+      this%used = 0
+   end subroutine empty_buffer
+
+   !> Where the next text goes [characters from 0]: for `overwrite`.
+   pure integer(i8) function position(this)
+      class(text_file_t), intent(in) :: this
+      position = this%written + this%used
+   end function position
+
+   !> Replace characters that were written before.
+   subroutine overwrite(this, place, text)
+      class(text_file_t), intent(inout) :: this
+      !> a former `position`
+      integer(i8), intent(in) :: place
+      character(len=*), intent(in) :: text
+      integer(c_size_t) :: done
+      call this%empty_buffer()
+      if (.not. this%opened .or. allocated(this%failure)) return
+      call this%note(c_fseek(this%stream, int(place, c_long), from_beginning) == 0, 'write to')
+      done = c_fwrite(text, 1_c_size_t, len(text, c_size_t), this%stream)
+      call this%note(done == len(text), 'write to')
+      call this%note(c_fseek(this%stream, 0_c_long, from_end) == 0, 'write to')
+   end subroutine overwrite
+
+   !> Hand all that was put to the operating system.
+   subroutine flush_file(this, error)
+      class(text_file_t), intent(inout) :: this
+      character(len=:), allocatable, intent(out) :: error
+      call this%empty_buffer()
+      if (this%opened .and. .not. allocated(this%failure)) call this%note(c_fflush(this%stream) == 0, 'write to')
+      if (allocated(this%failure)) error = this%failure
+   end subroutine flush_file
+
+   !> Write the rest and close. Nothing to do for a closed file.
+   subroutine close_file(this, error)
+      class(text_file_t), intent(inout) :: this
+      character(len=:), allocatable, intent(out) :: error
+      if (.not. this%opened) return
+      call this%flush(error)
+      call this%note(c_fclose(this%stream) == 0, 'finish')
+      this%opened = .false.
+      if (allocated(this%failure)) error = this%failure
+   end subroutine close_file
+
+   !> Close and delete the file, if this run made it; errors do not matter any more.
+   subroutine discard(this)
+      class(text_file_t), intent(inout) :: this
+      logical :: gone
+      integer(c_int) :: status
+      if (this%opened) status = c_fclose(this%stream)
+      if (allocated(this%path) .and. this%opened) gone = remove_file(this%path)
+      this%opened = .false.
+   end subroutine discard
+
+   pure logical function is_open(this)
+      class(text_file_t), intent(in) :: this
+      is_open = this%opened
+   end function is_open
+end module rf_text_file

@@ -1,0 +1,114 @@
+!> The body under load: all that a run computes with, and how it follows a split. Types own their data; the order in
+!> which they follow stands here, once.
+module rf_model
+   use rf_kinds, only: wp
+   use rf_mesh, only: mesh_t
+   use rf_topology, only: changes_t
+   use rf_material, only: material_t
+   use rf_rows, only: rows_t
+   use rf_contact, only: contact_t, pair_open
+   use rf_loads, only: loads_t
+   use rf_motion, only: motion_t
+   use rf_pieces, only: pieces_t
+   use rf_relaxation, only: relaxation_t, reaction
+   use rf_energy, only: energy_t
+   use rf_failure, only: failure_t
+   use rf_ray, only: split_t
+   use rf_splitting, only: split_mesh
+   implicit none
+   private
+   public :: model_t
+
+   !> slip, in mean edge lengths, up to which node pairs hold
+   real(wp), parameter :: far_slip = 0.2_wp
+
+   type :: model_t
+      type(mesh_t) :: mesh
+      type(material_t) :: material
+      type(rows_t) :: rows
+      type(contact_t) :: contact
+      type(loads_t) :: loads
+      type(motion_t) :: motion
+      type(pieces_t) :: pieces
+      type(relaxation_t) :: relaxation
+      type(energy_t) :: energy
+      type(failure_t) :: failure
+      !> force of the supports on the body at the last equilibrium [force], (2, nodes)
+      real(wp), allocatable :: reaction(:, :)
+      !> events so far, in all, in tension and in shear
+      integer :: events = 0, events_tension = 0, events_shear = 0
+      !> first node whose contact slipped by more than node pairs hold for (0: none)
+      integer :: slip_warning_node = 0
+      !> what the last event changed
+      type(changes_t) :: changes
+   contains
+      procedure :: prepare, equilibrate, accept, split
+   end type model_t
+
+contains
+
+   !> Everything that follows from mesh, sections, strengths and loads; displacements are zero.
+   subroutine prepare(self)
+      class(model_t), intent(inout) :: self
+      call self%loads%prepare(self%mesh%n_nodes)
+      call self%rows%build(self%mesh, self%material)
+      call self%motion%reserve(self%mesh%n_nodes)
+      call self%contact%rebuild(self%mesh, self%material, self%motion)
+      call self%pieces%find(self%mesh)
+      call self%energy%prepare(self%mesh%n_nodes)
+      allocate (self%reaction(2, self%mesh%n_nodes), source=0.0_wp)
+   end subroutine prepare
+
+   !> Relax at the present loads.
+   subroutine equilibrate(self, tolerance)
+      class(model_t), intent(inout) :: self
+      !> residual relative to the scale of forces [-]
+      real(wp), intent(in) :: tolerance
+      call self%relaxation%equilibrate(self%mesh, self%rows, self%contact, self%loads, self%pieces, self%motion, tolerance)
+      call reaction(self%mesh, self%contact, self%loads, self%motion, self%reaction)
+   end subroutine equilibrate
+
+   !> Take the present equilibrium as part of the answer: friction is measured from here on, the ledger is booked.
+   subroutine accept(self, at_event)
+      class(model_t), intent(inout) :: self
+      !> it is the first equilibrium after a split
+      logical, intent(in) :: at_event
+      real(wp) :: friction_work
+      call self%contact%settle(self%motion, self%relaxation%b, friction_work)
+      call self%energy%accept(self%loads, self%motion, self%reaction, friction_work, self%mesh%n_nodes, at_event)
+      if (self%slip_warning_node == 0) self%slip_warning_node = far_slipped_node(self)
+   end subroutine accept
+
+   !> The first node whose pair is in contact and has slipped by a good part of the element size; 0 if there is none.
+   integer function far_slipped_node(self) result(node)
+      type(model_t), intent(in) :: self
+      integer :: p
+      node = 0
+      do p = 1, self%contact%n_pairs
+         if (self%contact%state(p, self%relaxation%b) == pair_open) cycle
+         if (abs(self%contact%slip(self%motion, p)) <= far_slip*self%mesh%mean_edge) cycle
+         node = self%contact%pair(1, p)
+         return
+      end do
+   end function far_slipped_node
+
+   !> Split as planned, and let everything that is attached follow.
+   subroutine split(self, plan, fraction, time)
+      class(model_t), intent(inout) :: self
+      type(split_t), intent(in) :: plan
+      !> part of the step that is done [-] and step time: the loads are shared anew
+      real(wp), intent(in) :: fraction, time
+      self%events = self%events + 1
+      call split_mesh(self%mesh, plan, self%events, self%changes)     ! the only phase in which anything grows
+      call self%material%adopt(self%changes)
+      call self%motion%adopt(self%changes)
+      call self%loads%adopt(self%changes)
+      call self%loads%apply(self%mesh, self%material, fraction, time)
+      call self%rows%update(self%mesh, self%material, self%changes)
+      call self%contact%rebuild(self%mesh, self%material, self%motion, self%changes)
+      call self%pieces%find(self%mesh)
+      call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
+      call self%failure%adopt(self%mesh, self%material, self%changes)
+   end subroutine split
+
+end module rf_model

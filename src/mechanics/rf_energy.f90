@@ -1,0 +1,124 @@
+!> The energy ledger (Qiu & Ding 2007, section 2.5; theory: section 9): work of loads and reactions by trapezoid between
+!> accepted equilibria, against what it became. Energy is released at events only, so that the error is a real check.
+module rf_energy
+   use rf_kinds, only: wp
+   use rf_grow, only: grow
+   use rf_loads, only: loads_t
+   use rf_motion, only: motion_t
+   use rf_topology, only: changes_t
+   implicit none
+   private
+   public :: energy_t
+
+   type :: energy_t
+      !> totals since the start [force length]
+      real(wp) :: external = 0, strain = 0, kinetic = 0, friction = 0, softening = 0, released = 0, damping = 0
+      !> largest |external| so far
+      real(wp) :: largest_external = 0
+      !> released by the last event
+      real(wp) :: released_by_event = 0
+      !> displacements, applied forces and reactions of the last accepted equilibrium, (nodes)
+      real(wp), allocatable, private :: ux(:), uy(:), px(:), py(:), qx(:), qy(:)
+   contains
+      procedure :: prepare, accept, adopt, error, strain_energy
+   end type energy_t
+
+contains
+
+   !> Nothing has moved yet.
+   subroutine prepare(self, n_nodes)
+      class(energy_t), intent(inout) :: self
+      integer, intent(in) :: n_nodes
+      call reserve(self, n_nodes)
+   end subroutine prepare
+
+   subroutine reserve(self, n)
+      class(energy_t), intent(inout) :: self
+      integer, intent(in) :: n
+      call grow(self%ux, n)
+      call grow(self%uy, n)
+      call grow(self%px, n)
+      call grow(self%py, n)
+      call grow(self%qx, n)
+      call grow(self%qy, n)
+   end subroutine reserve
+
+   !> U = u.f/2 [force length].
+   pure real(wp) function strain_energy(self, motion, n)
+      class(energy_t), intent(in) :: self
+      type(motion_t), intent(in) :: motion
+      !> nodes
+      integer, intent(in) :: n
+      associate (unused => self)
+      end associate
+      strain_energy = 0.5_wp*(dot_product(motion%ux(:n), motion%fx(:n)) + dot_product(motion%uy(:n), motion%fy(:n)))
+   end function strain_energy
+
+   !> Book an equilibrium that is part of the answer.
+   subroutine accept(self, loads, motion, reaction, friction_work, n, at_event)
+      class(energy_t), intent(inout) :: self
+      type(loads_t), intent(in) :: loads
+      type(motion_t), intent(in) :: motion
+      !> force of the supports on the body [force], (2, nodes)
+      real(wp), intent(in) :: reaction(:, :)
+      !> work against friction since the last equilibrium [force length]
+      real(wp), intent(in) :: friction_work
+      !> nodes
+      integer, intent(in) :: n
+      !> it is the first equilibrium after a split: what the ledger lacks was released by it
+      logical, intent(in) :: at_event
+      real(wp) :: work, before
+      integer :: i
+      work = 0
+      do i = 1, n
+         work = work + 0.5_wp*((self%px(i) + self%qx(i) + loads%px(i) + reaction(1, i))*(motion%ux(i) - self%ux(i)) &
+                               + (self%py(i) + self%qy(i) + loads%py(i) + reaction(2, i))*(motion%uy(i) - self%uy(i)))
+      end do
+      before = self%strain
+      self%external = self%external + work
+      self%largest_external = max(self%largest_external, abs(self%external))
+      self%strain = self%strain_energy(motion, n)
+      self%friction = self%friction + friction_work
+      self%released_by_event = 0
+      if (at_event) self%released_by_event = before + work - self%strain - friction_work
+      self%released = self%released + self%released_by_event
+      self%ux(:n) = motion%ux(:n)
+      self%uy(:n) = motion%uy(:n)
+      self%px(:n) = loads%px(:n)
+      self%py(:n) = loads%py(:n)
+      self%qx(:n) = reaction(1, :n)
+      self%qy(:n) = reaction(2, :n)
+   end subroutine accept
+
+   !> Follow a split. The loads have been shared among the copies already; supports do not move during an event, so their
+   !> reactions do no work until the next equilibrium.
+   subroutine adopt(self, changes, loads, n_nodes)
+      class(energy_t), intent(inout) :: self
+      type(changes_t), intent(in) :: changes
+      type(loads_t), intent(in) :: loads
+      integer, intent(in) :: n_nodes
+      integer :: i, n, a, b
+      call reserve(self, n_nodes)
+      do i = 1, changes%n_nodes
+         n = changes%node(i)
+         a = changes%parent(1, i)
+         b = changes%parent(2, i)
+         if (b == 0) b = a
+         self%ux(n) = 0.5_wp*(self%ux(a) + self%ux(b))
+         self%uy(n) = 0.5_wp*(self%uy(a) + self%uy(b))
+         self%qx(n) = 0
+         self%qy(n) = 0
+      end do
+      self%px(:n_nodes) = loads%px(:n_nodes)
+      self%py(:n_nodes) = loads%py(:n_nodes)
+   end subroutine adopt
+
+   !> What the ledger does not account for, relative to the largest external work [-].
+   pure real(wp) function error(self)
+      class(energy_t), intent(in) :: self
+      error = 0
+      if (self%largest_external > 0) error = (self%external - self%strain - self%kinetic - self%friction - self%softening &
+                                              - self%released - self%damping)/self%largest_external
+   end function error
+
+end module rf_energy

@@ -1,0 +1,314 @@
+!> The tables of a run: a row for each equilibrium that is part of the answer, and one for each event (docs/results.md).
+module rf_history
+   use rf_kinds, only: wp
+   use rf_model, only: model_t
+   use rf_ray, only: split_t, split_type_name
+   use rf_criterion, only: mode_tension
+   use rf_relaxation, only: relaxed
+   use rf_section_check, only: section_line_t, section_result_t, check_section
+   use rf_position, only: position_t
+   use rf_monitor, only: monitor_t
+   use rf_hdf5, only: hdf5_file_t
+   use rf_table, only: table_t, column_t, column, column_integer, column_real, column_text
+   use rf_crack_figures, only: count_cracks, crack_length, contact_counts
+   use rf_contact, only: pair_open, pair_slip, pair_stick
+   implicit none
+   private
+   public :: history_t, figures_t
+
+   !> Figures of a state that the log shows too.
+   type :: figures_t
+      integer :: cracks = 0, contacts(0:2) = 0
+      real(wp) :: crack_length = 0
+      !> largest unbalance of any section check so far, of states within tolerance [-]
+      real(wp) :: section_error = 0
+      !> largest energy error so far, of states within tolerance [-]
+      real(wp) :: energy_error = 0
+      !> displacement and reaction of the first monitor
+      real(wp) :: u(2) = 0, force(2) = 0
+   end type figures_t
+
+   type :: history_t
+      type(monitor_t), allocatable :: monitors(:)
+      type(section_line_t), allocatable :: lines(:)
+      type(figures_t) :: figures
+      type(table_t), private :: history, events
+      !> iterations since the last row
+      integer, private :: iterations = 0
+      !> reactions of the monitors just before the event, (2, monitors)
+      real(wp), allocatable, private :: before(:, :)
+      !> place of the failed node [length]
+      real(wp), private :: x(2) = 0
+      !> ids of the failed node and the crossed element; nodes and elements before the split
+      integer, private :: node_id = 0, element_id = 0, n_nodes = 0, n_elements = 0
+   contains
+      procedure :: create, start, row, before_event, event, add_iterations, close => close_tables, discard
+   end type history_t
+
+   !> columns of the history, each with its kind
+   character(len=*), parameter :: integer_columns = ' step increment event_count iterations converged nodes elements cracks &
+      &fragments exhausted contacts_open contacts_slip contacts_stick events_tension events_shear '
+   character(len=20), parameter :: history_columns(29) = [character(len=20) :: &
+      'step', 'increment', 'time', 'load_factor', 'event_count', 'iterations', 'residual', 'converged', 'nodes', 'elements', &
+      'cracks', 'crack_length', 'fragments', 'exhausted', 'exhausted_utilisation', 'contacts_open', 'contacts_slip', &
+      'contacts_stick', 'events_tension', 'events_shear', 'max_utilisation', 'external_work', 'strain_energy', &
+      'kinetic_energy', 'friction_work', 'softening_work', 'released_energy', 'damping_work', 'energy_error']
+
+contains
+
+   !> Make both tables, as CSV files and in the HDF5 file.
+   subroutine create(self, prefix, file, error)
+      class(history_t), intent(inout) :: self
+      !> folder and job name
+      character(len=*), intent(in) :: prefix
+      !> JOB.h5, open, with the group /rfem
+      type(hdf5_file_t), intent(in) :: file
+      character(len=:), allocatable, intent(out) :: error
+      type(column_t), allocatable :: columns(:)
+      call list_history_columns(self, columns)
+      call self%history%create(prefix//'_history.csv', file, '/rfem/history', columns, error)
+      if (allocated(error)) return
+      call list_event_columns(self, columns)
+      call self%events%create(prefix//'_events.csv', file, '/rfem/events', columns, error)
+      allocate (self%before(2, size(self%monitors)))
+   end subroutine create
+
+   subroutine list_history_columns(self, columns)
+      type(history_t), intent(in) :: self
+      type(column_t), allocatable, intent(out) :: columns(:)
+      integer :: i, n, kind
+      n = size(history_columns)
+      allocate (columns(n + 4*(size(self%monitors) + size(self%lines))))
+      do i = 1, n
+         kind = merge(column_integer, column_real, index(integer_columns, ' '//trim(history_columns(i))//' ') > 0)
+         columns(i) = column(trim(history_columns(i)), kind)
+      end do
+      do i = 1, size(self%monitors)
+         call add('u1', self%monitors(i)%name)
+         call add('u2', self%monitors(i)%name)
+         call add('rf1', self%monitors(i)%name)
+         call add('rf2', self%monitors(i)%name)
+      end do
+      do i = 1, size(self%lines)
+         call add('f1', trim(self%lines(i)%name))
+         call add('f2', trim(self%lines(i)%name))
+         call add('m', trim(self%lines(i)%name))
+         call add('error', trim(self%lines(i)%name))
+      end do
+
+   contains
+
+      subroutine add(what, name)
+         character(len=*), intent(in) :: what, name
+         n = n + 1
+         columns(n) = column(name//'_'//what)
+      end subroutine add
+
+   end subroutine list_history_columns
+
+   subroutine list_event_columns(self, columns)
+      type(history_t), intent(in) :: self
+      type(column_t), allocatable, intent(out) :: columns(:)
+      integer :: i
+      columns = [column('event', column_integer), column('step', column_integer), column('increment', column_integer), &
+                 column('time'), column('load_factor'), column('node', column_integer), column('x'), column('y'), &
+                 column('mode', column_text), column('sigma1'), column('sigma3'), column('utilisation'), &
+                 column('direction_deg'), column('element', column_integer), column('type', column_text), &
+                 column('new_nodes', column_integer), column('new_elements', column_integer), column('released_energy'), &
+                 column('iterations', column_integer)]
+      do i = 1, size(self%monitors)
+         columns = [columns, column(self%monitors(i)%name//'_rf1'), column(self%monitors(i)%name//'_rf2')]
+      end do
+   end subroutine list_event_columns
+
+   !> Begin to write, once the HDF5 file is in its final mode.
+   subroutine start(self, file, error)
+      class(history_t), intent(inout) :: self
+      type(hdf5_file_t), intent(in) :: file
+      character(len=:), allocatable, intent(out) :: error
+      call self%history%start(file, error)
+      if (allocated(error)) return
+      call self%events%start(file, error)
+   end subroutine start
+
+   !> Count iterations of a relaxation towards the next row.
+   subroutine add_iterations(self, n)
+      class(history_t), intent(inout) :: self
+      integer, intent(in) :: n
+      self%iterations = self%iterations + n
+   end subroutine add_iterations
+
+   !> A history row.
+   subroutine row(self, model, position, file, error)
+      class(history_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(position_t), intent(in) :: position
+      type(hdf5_file_t), intent(in) :: file
+      character(len=:), allocatable, intent(out) :: error
+      call look(self, model)
+      call put_counts(self, model, position)
+      call put_energies(self, model)
+      call put_monitors(self, model)
+      call put_sections(self, model)
+      call self%history%end_row(file, error)
+      self%iterations = 0
+   end subroutine row
+
+   subroutine look(self, model)
+      type(history_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      self%figures%cracks = count_cracks(model%mesh)
+      self%figures%crack_length = crack_length(model%mesh)
+      self%figures%contacts = contact_counts(model)
+      if (model%relaxation%outcome == relaxed) &
+         self%figures%energy_error = max(self%figures%energy_error, abs(model%energy%error()))
+      if (size(self%monitors) == 0) return
+      self%figures%u = self%monitors(1)%displacement(model%mesh, model%motion)
+      self%figures%force = self%monitors(1)%force(model%mesh, model%reaction)
+   end subroutine look
+
+   subroutine put_counts(self, model, position)
+      type(history_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(position_t), intent(in) :: position
+      associate (table => self%history, found => self%figures)
+         call table%put(position%step)
+         call table%put(position%increment)
+         call table%put(position%time)
+         call table%put(position%load_factor)
+         call table%put(model%events)
+         call table%put(self%iterations)
+         call table%put(model%relaxation%residual)
+         call table%put(merge(1, 0, model%relaxation%outcome == relaxed))
+         call table%put(model%mesh%n_nodes)
+         call table%put(model%mesh%n_elements)
+         call table%put(found%cracks)
+         call table%put(found%crack_length)
+         call table%put(model%pieces%n)
+         call table%put(model%failure%n_exhausted)
+         call table%put(model%failure%largest_exhausted)
+         call table%put(found%contacts(pair_open))
+         call table%put(found%contacts(pair_slip))
+         call table%put(found%contacts(pair_stick))
+         call table%put(model%events_tension)
+         call table%put(model%events_shear)
+         call table%put(model%failure%largest)
+      end associate
+   end subroutine put_counts
+
+   subroutine put_energies(self, model)
+      type(history_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      associate (table => self%history, energy => model%energy)
+         call table%put(energy%external)
+         call table%put(energy%strain)
+         call table%put(energy%kinetic)
+         call table%put(energy%friction)
+         call table%put(energy%softening)
+         call table%put(energy%released)
+         call table%put(energy%damping)
+         call table%put(energy%error())
+      end associate
+   end subroutine put_energies
+
+   subroutine put_monitors(self, model)
+      type(history_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      real(wp) :: u(2), f(2)
+      integer :: i
+      do i = 1, size(self%monitors)
+         u = self%monitors(i)%displacement(model%mesh, model%motion)
+         f = self%monitors(i)%force(model%mesh, model%reaction)
+         call self%history%put(u(1))
+         call self%history%put(u(2))
+         call self%history%put(f(1))
+         call self%history%put(f(2))
+      end do
+   end subroutine put_monitors
+
+   subroutine put_sections(self, model)
+      type(history_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(section_result_t) :: found
+      integer :: i
+      do i = 1, size(self%lines)
+         call check_section(self%lines(i), model%mesh, model%material, model%motion, model%contact, model%loads, &
+                            model%reaction, model%relaxation%b, found)
+         call self%history%put(found%force(1))
+         call self%history%put(found%force(2))
+         call self%history%put(found%moment)
+         call self%history%put(found%error)
+         if (model%relaxation%outcome == relaxed) self%figures%section_error = max(self%figures%section_error, found%error)
+      end do
+   end subroutine put_sections
+
+   !> Remember what an event's row says of the state before it.
+   subroutine before_event(self, model, split)
+      class(history_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(split_t), intent(in) :: split
+      integer :: i
+      do i = 1, size(self%monitors)
+         self%before(:, i) = self%monitors(i)%force(model%mesh, model%reaction)
+      end do
+      self%x = model%mesh%x(:, split%node)
+      self%node_id = model%mesh%node_id(split%node)
+      self%element_id = model%mesh%element_id(split%element)
+      self%n_nodes = model%mesh%n_nodes
+      self%n_elements = model%mesh%n_elements
+   end subroutine before_event
+
+   !> The row of an event, once the body has come to rest after it.
+   subroutine event(self, model, position, split, file, error)
+      class(history_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(position_t), intent(in) :: position
+      type(split_t), intent(in) :: split
+      type(hdf5_file_t), intent(in) :: file
+      character(len=:), allocatable, intent(out) :: error
+      real(wp), parameter :: to_degrees = 45.0_wp/atan(1.0_wp)
+      integer :: i
+      associate (table => self%events)
+         call table%put(model%events)
+         call table%put(position%step)
+         call table%put(position%increment)
+         call table%put(position%time)
+         call table%put(position%load_factor)
+         call table%put(self%node_id)
+         call table%put(self%x(1))
+         call table%put(self%x(2))
+         call table%put(merge('tension', 'shear  ', split%mode == mode_tension))
+         call table%put(split%sigma1)
+         call table%put(split%sigma3)
+         call table%put(split%utilisation)
+         call table%put(to_degrees*atan2(split%direction(2), split%direction(1)))
+         call table%put(self%element_id)
+         call table%put(trim(split_type_name(split%kind)))
+         call table%put(model%mesh%n_nodes - self%n_nodes)
+         call table%put(model%mesh%n_elements - self%n_elements)
+         call table%put(model%energy%released_by_event)
+         call table%put(model%relaxation%iterations)
+         do i = 1, size(self%monitors)
+            call table%put(self%before(1, i))
+            call table%put(self%before(2, i))
+         end do
+         call table%end_row(file, error)
+      end associate
+   end subroutine event
+
+   subroutine close_tables(self, error)
+      class(history_t), intent(inout) :: self
+      character(len=:), allocatable, intent(out) :: error
+      character(len=:), allocatable :: second
+      call self%history%close(error)
+      call self%events%close(second)
+      if (.not. allocated(error) .and. allocated(second)) call move_alloc(second, error)
+   end subroutine close_tables
+
+   subroutine discard(self)
+      class(history_t), intent(inout) :: self
+      call self%history%discard()
+      call self%events%discard()
+   end subroutine discard
+
+end module rf_history

@@ -1,0 +1,52 @@
+!> Monitors: mean displacement and summed reaction of a node set, columns of history and events.
+module rf_monitor
+   use rf_kinds, only: wp
+   use rf_mesh, only: mesh_t
+   use rf_motion, only: motion_t
+   implicit none
+   private
+   public :: monitor_t
+
+   type :: monitor_t
+      character(len=:), allocatable :: name
+      !> number of the node set
+      integer :: set = 0
+   contains
+      procedure :: displacement, force
+   end type monitor_t
+
+contains
+
+   !> Mean displacement [length]: each node of the deck counts once, shared by its copies.
+   function displacement(self, mesh, motion) result(mean)
+      class(monitor_t), intent(in) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(motion_t), intent(in) :: motion
+      real(wp) :: mean(2)
+      real(wp) :: total
+      integer :: n
+      mean = 0
+      total = 0
+      do n = 1, mesh%n_nodes
+         if (.not. mesh%node_in_set(n, self%set)) cycle
+         total = total + mesh%share(n)
+         mean = mean + mesh%share(n)*[motion%ux(n), motion%uy(n)]
+      end do
+      if (total > 0) mean = mean/total
+   end function displacement
+
+   !> Sum of the reactions [force].
+   function force(self, mesh, reaction) result(total)
+      class(monitor_t), intent(in) :: self
+      type(mesh_t), intent(in) :: mesh
+      !> force of the supports on the body [force], (2, nodes)
+      real(wp), intent(in) :: reaction(:, :)
+      real(wp) :: total(2)
+      integer :: n
+      total = 0
+      do n = 1, mesh%n_nodes
+         if (mesh%node_in_set(n, self%set)) total = total + reaction(:, n)
+      end do
+   end function force
+
+end module rf_monitor

@@ -1,0 +1,91 @@
+!> Where a run comes from: what JOB.h5 says of deck, program, machine and settings.
+module rf_provenance
+   use rf_kinds, only: wp
+   use rf_hdf5, only: hdf5_file_t
+   use rf_text, only: text_t
+   implicit none
+   private
+   public :: provenance_t
+
+   type :: provenance_t
+      !> full text of the deck with all included files; its name
+      character(len=:), allocatable :: deck, deck_name
+      !> version, commit, compiler and flags of the program
+      character(len=:), allocatable :: version, commit, compiler, flags
+      !> machine and time of the start
+      character(len=:), allocatable :: host, start_time
+      integer :: threads = 1
+      !> all settings: name, value, origin
+      type(text_t), allocatable :: setting_names(:), setting_values(:), setting_origins(:)
+   contains
+      procedure :: write_start, write_end
+   end type provenance_t
+
+contains
+
+   !> What is known before the run.
+   subroutine write_start(self, file, error)
+      class(provenance_t), intent(in) :: self
+      !> JOB.h5, open, with the group /rfem, not in SWMR mode
+      type(hdf5_file_t), intent(in) :: file
+      character(len=:), allocatable, intent(out) :: error
+      call file%add_dataset('/rfem/deck', self%deck, error)
+      call put('deck_name', self%deck_name)
+      call put('version', self%version)
+      call put('commit', self%commit)
+      call put('compiler', self%compiler)
+      call put('flags', self%flags)
+      call put('host', self%host)
+      call put('start_time', self%start_time)
+      if (.not. allocated(error)) call file%set_attribute('/rfem', 'threads', self%threads, error)
+      if (.not. allocated(error)) call file%add_group('/rfem/settings', error)
+      call list('name', self%setting_names)
+      call list('value', self%setting_values)
+      call list('origin', self%setting_origins)
+
+   contains
+
+      subroutine put(name, value)
+         character(len=*), intent(in) :: name, value
+         if (.not. allocated(error)) call file%set_attribute('/rfem', name, value, error)
+      end subroutine put
+
+      subroutine list(name, values)
+         character(len=*), intent(in) :: name
+         type(text_t), intent(in) :: values(:)
+         character(len=:), allocatable :: padded(:)
+         integer :: i, longest
+         if (allocated(error)) return
+         longest = 1
+         do i = 1, size(values)
+            longest = max(longest, len(values(i)%s))
+         end do
+         allocate (character(len=longest) :: padded(size(values)))
+         do i = 1, size(values)
+            padded(i) = values(i)%s
+         end do
+         call file%add_dataset('/rfem/settings/'//name, padded, error)
+      end subroutine list
+
+   end subroutine write_start
+
+   !> What is known after it.
+   subroutine write_end(self, file, wall_time, exit_status, digests, error)
+      class(provenance_t), intent(in) :: self
+      !> open, not in SWMR mode
+      type(hdf5_file_t), intent(in) :: file
+      !> [s]
+      real(wp), intent(in) :: wall_time
+      integer, intent(in) :: exit_status
+      !> of displacements and of topology
+      character(len=*), intent(in) :: digests(2)
+      character(len=:), allocatable, intent(out) :: error
+      associate (unused => self)
+      end associate
+      call file%set_attribute('/rfem', 'wall_time', wall_time, error)
+      if (.not. allocated(error)) call file%set_attribute('/rfem', 'exit_status', exit_status, error)
+      if (.not. allocated(error)) call file%set_attribute('/rfem', 'digest_displacements', digests(1), error)
+      if (.not. allocated(error)) call file%set_attribute('/rfem', 'digest_topology', digests(2), error)
+   end subroutine write_end
+
+end module rf_provenance

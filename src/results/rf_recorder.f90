@@ -1,0 +1,241 @@
+!> Writes what a run has to say of its states: decides what is due, keeps all result files, and leaves none half-written.
+module rf_recorder
+   use rf_kinds, only: wp
+   use rf_model, only: model_t
+   use rf_ray, only: split_t
+   use rf_position, only: position_t, frame_start, frame_before_event, frame_after_event, frame_settled, frame_not_converged
+   use rf_output_input, only: output_settings_t, output_requests_t
+   use rf_history, only: history_t
+   use rf_frames, only: frames_t
+   use rf_print_tables, only: print_tables_t
+   use rf_provenance, only: provenance_t
+   use rf_hdf5, only: hdf5_file_t
+   use rf_digest, only: digest_t
+   implicit none
+   private
+   public :: recorder_t, digests_of
+
+   type :: recorder_t
+      type(history_t) :: history
+      type(provenance_t) :: provenance
+      !> files written, for the closing summary
+      character(len=:), allocatable :: files
+      !> per step
+      type(output_settings_t), allocatable, private :: output(:)
+      type(frames_t), private :: frames
+      type(print_tables_t), private :: tables
+      type(hdf5_file_t), private :: file
+      !> the last state is not yet among the rows, or the frames
+      logical, private :: row_owed = .false., frame_owed = .false.
+   contains
+      procedure :: create, state, state_not_converged, before_event, event, count_iterations, monitor_reaction, finish, discard
+      procedure, private :: take_requests, write_row, write_frame
+   end type recorder_t
+
+contains
+
+   !> Make all result files. On an error those that this run made are deleted again.
+   subroutine create(self, prefix, title, requests, fracture, error)
+      class(recorder_t), intent(inout) :: self
+      !> folder and job name; first line of the heading
+      character(len=*), intent(in) :: prefix, title
+      type(output_requests_t), intent(in) :: requests
+      !> some step looks at the criterion
+      logical, intent(in) :: fracture
+      character(len=:), allocatable, intent(out) :: error
+      call self%take_requests(requests)
+      self%files = prefix//'.h5 '//prefix//'_history.csv '//prefix//'_events.csv'
+      if (self%frames%vtkhdf) self%files = self%files//' '//prefix//'.vtkhdf '//prefix//'_cracks.vtkhdf'
+      if (self%frames%apdl) self%files = self%files//' '//prefix//'.mac'
+      if (size(requests%node_print) + size(requests%element_print) > 0) self%files = self%files//' '//prefix//'.dat'
+      call self%file%create(prefix//'.h5', error)
+      if (.not. allocated(error)) call self%file%add_group('/rfem', error)
+      if (.not. allocated(error)) call self%provenance%write_start(self%file, error)
+      if (.not. allocated(error)) call self%history%create(prefix, self%file, error)
+      if (.not. allocated(error)) call self%file%start_swmr(error)
+      if (.not. allocated(error)) call self%history%start(self%file, error)
+      if (.not. allocated(error)) call self%frames%create(prefix, title, fracture, error)
+      if (.not. allocated(error)) call self%tables%create(prefix, error)
+      if (allocated(error)) call self%discard()
+   end subroutine create
+
+   subroutine take_requests(self, requests)
+      class(recorder_t), intent(inout) :: self
+      type(output_requests_t), intent(in) :: requests
+      integer :: i
+      self%output = requests%output
+      allocate (self%history%monitors(size(requests%monitor)), self%history%lines(size(requests%section)))
+      do i = 1, size(requests%monitor)
+         self%history%monitors(i)%name = requests%monitor(i)%name
+         self%history%monitors(i)%set = requests%monitor(i)%set
+      end do
+      do i = 1, size(requests%section)
+         self%history%lines(i)%name = requests%section(i)%name
+         self%history%lines(i)%point = requests%section(i)%point
+         self%history%lines(i)%normal = requests%section(i)%normal
+      end do
+      allocate (self%tables%nodes(size(requests%node_print)), self%tables%elements(size(requests%element_print)))
+      self%tables%nodes = requests%node_print
+      self%tables%elements = requests%element_print
+      self%frames%vtkhdf = any(self%output%vtkhdf)
+      self%frames%apdl = any(self%output%apdl)
+   end subroutine take_requests
+
+   !> Count iterations of a relaxation, probes included.
+   subroutine count_iterations(self, n)
+      class(recorder_t), intent(inout) :: self
+      integer, intent(in) :: n
+      call self%history%add_iterations(n)
+   end subroutine count_iterations
+
+   !> Write what is due of a state.
+   subroutine state(self, model, position, kind, row_written, error)
+      class(recorder_t), intent(inout) :: self
+      type(model_t), intent(inout) :: model
+      type(position_t), intent(in) :: position
+      !> kind of frame
+      integer, intent(in) :: kind
+      logical, intent(out) :: row_written
+      character(len=:), allocatable, intent(out) :: error
+      logical :: row, frame
+      associate (output => self%output(position%step))
+         if (kind == frame_after_event) then
+            row = every(model%events, output%history_events)
+            frame = every(model%events, output%field_events)
+         else
+            row = kind == frame_start .or. position%last .or. every(position%increment, output%history_frequency)
+            frame = kind == frame_start .or. position%last .or. every(position%increment, output%field_frequency)
+         end if
+      end associate
+      self%row_owed = .not. row
+      self%frame_owed = .not. frame
+      row_written = row
+      if (row) call self%write_row(model, position, error)
+      if (allocated(error)) return
+      if (frame) call self%write_frame(model, position, kind, error)
+      if (allocated(error) .or. kind /= frame_settled .or. position%located) return
+      call self%tables%write_tables(model, position, error)
+   end subroutine state
+
+   pure logical function every(count, frequency)
+      integer, intent(in) :: count, frequency
+      every = .false.
+      if (frequency > 0) every = mod(count, frequency) == 0
+   end function every
+
+   subroutine write_row(self, model, position, error)
+      class(recorder_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(position_t), intent(in) :: position
+      character(len=:), allocatable, intent(out) :: error
+      call self%history%row(model, position, self%file, error)
+      self%row_owed = .false.
+   end subroutine write_row
+
+   !> A frame shows the stress of every node; afterwards the criterion is looked at as if no frame had been written.
+   subroutine write_frame(self, model, position, kind, error)
+      class(recorder_t), intent(inout) :: self
+      type(model_t), intent(inout) :: model
+      type(position_t), intent(in) :: position
+      integer, intent(in) :: kind
+      character(len=:), allocatable, intent(out) :: error
+      call model%failure%look_everywhere(model%mesh, model%material, model%motion)
+      call self%frames%write_frame(model, position, kind, error)
+      call model%failure%look(model%mesh, model%material, model%motion)
+      self%frame_owed = .false.
+   end subroutine write_frame
+
+   !> The run ends without equilibrium: the state that is kept, as last row and frame.
+   subroutine state_not_converged(self, model, position, error)
+      class(recorder_t), intent(inout) :: self
+      type(model_t), intent(inout) :: model
+      type(position_t), intent(in) :: position
+      character(len=:), allocatable, intent(out) :: error
+      call self%write_row(model, position, error)
+      if (.not. allocated(error)) call self%write_frame(model, position, frame_not_converged, error)
+   end subroutine state_not_converged
+
+   !> Remember what an event's row says of the state before it.
+   subroutine before_event(self, model, split)
+      class(recorder_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(split_t), intent(in) :: split
+      call self%history%before_event(model, split)
+   end subroutine before_event
+
+   !> The row of an event, once the body has come to rest after it.
+   subroutine event(self, model, position, split, error)
+      class(recorder_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(position_t), intent(in) :: position
+      type(split_t), intent(in) :: split
+      character(len=:), allocatable, intent(out) :: error
+      call self%history%event(model, position, split, self%file, error)
+   end subroutine event
+
+   !> Sum of the reactions of a monitor [force]; the first one for an empty name.
+   function monitor_reaction(self, model, name) result(force)
+      class(recorder_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+      character(len=*), intent(in) :: name
+      real(wp) :: force(2)
+      integer :: i, m
+      m = 1
+      do i = 1, size(self%history%monitors)
+         if (self%history%monitors(i)%name == trim(name)) m = i
+      end do
+      force = self%history%monitors(m)%force(model%mesh, model%reaction)
+   end function monitor_reaction
+
+   !> Write what is owed of the last state, the end of the provenance, and close all files.
+   subroutine finish(self, model, position, wall_time, exit_status, error)
+      class(recorder_t), intent(inout) :: self
+      type(model_t), intent(inout) :: model
+      type(position_t), intent(in) :: position
+      !> [s]
+      real(wp), intent(in) :: wall_time
+      integer, intent(in) :: exit_status
+      character(len=:), allocatable, intent(out) :: error
+      if (self%row_owed) call self%write_row(model, position, error)
+      if (self%frame_owed .and. .not. allocated(error)) call self%write_frame(model, position, frame_settled, error)
+      if (.not. allocated(error)) call self%history%close(error)
+      if (.not. allocated(error)) call self%file%end_swmr(error)
+      if (.not. allocated(error)) &
+         call self%provenance%write_end(self%file, wall_time, exit_status, digests_of(model), error)
+      if (.not. allocated(error)) call self%file%close(error)
+      if (.not. allocated(error)) call self%frames%close(error)
+      if (.not. allocated(error)) call self%tables%close(error)
+   end subroutine finish
+
+   !> Close and delete all files of this run.
+   subroutine discard(self)
+      class(recorder_t), intent(inout) :: self
+      call self%history%discard()
+      call self%file%discard()
+      call self%frames%discard()
+      call self%tables%discard()
+   end subroutine discard
+
+   !> Digests of the final displacements and of the topology, in the order of the output.
+   function digests_of(model) result(hex)
+      type(model_t), intent(in) :: model
+      character(len=16) :: hex(2)
+      type(digest_t) :: displacements, topology
+      real(wp), allocatable :: u(:, :)
+      integer, allocatable :: connectivity(:, :)
+      integer :: n, e
+      associate (mesh => model%mesh)
+         allocate (u(2, mesh%n_nodes), connectivity(3, mesh%n_elements))
+         do n = 1, mesh%n_nodes
+            u(:, mesh%node_rank(n)) = [model%motion%ux(n), model%motion%uy(n)]
+         end do
+         do e = 1, mesh%n_elements
+            connectivity(:, mesh%element_rank(e)) = mesh%node_rank(mesh%connectivity(:, e))
+         end do
+      end associate
+      call displacements%add(u)
+      call topology%add(connectivity)
+      hex = [displacements%hex(), topology%hex()]
+   end function digests_of
+
+end module rf_recorder
