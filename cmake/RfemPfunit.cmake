@@ -10,14 +10,15 @@ else()
   include(${PROJECT_SOURCE_DIR}/tests/support/pfunit_subset.cmake)
 endif()
 
-# rfem_unit_test(NAME): builds and registers NAME.pf of this folder as a test of its own, linked to every layer, label `unit`.
+# rfem_unit_test(NAME): builds and registers NAME.pf of this folder as a test of its own, linked to every layer and to the
+# bodies and meshes of tests/support, label `unit`.
 # It runs in a folder of its own; RFEM_SOURCE_DIR tells it where the project's files are.
 function(rfem_unit_test name)
   set(folder ${CMAKE_CURRENT_BINARY_DIR}/work/${name})
   file(MAKE_DIRECTORY ${folder})
   add_pfunit_ctest(${name}
     TEST_SOURCES ${name}.pf
-    LINK_LIBRARIES rfem_app rfem_test_meshes
+    LINK_LIBRARIES rfem_test_body rfem_test_meshes rfem_app
     WORKING_DIRECTORY ${folder}
     LABELS unit)
   target_compile_options(${name} PRIVATE -ffree-line-length-none)

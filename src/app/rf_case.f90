@@ -11,8 +11,7 @@ module rf_case
    use rf_relaxation_input, only: read_relaxation
    use rf_fracture_input, only: read_fracture, check_strengths
    use rf_load_input, only: read_loads
-   use rf_loads, only: load_support
-   use rf_support_check, only: check_rigid_motion
+   use rf_support_check, only: check_supports
    use rf_output_input, only: output_requests_t, read_output, check_stop_drop
    use rf_step_input, only: read_steps, read_job, declare_others
    use rf_simulation, only: simulation_t
@@ -47,12 +46,13 @@ contains
          call check_strengths(deck, model%mesh, model%material, model%failure)
          call read_loads(deck, mesh_input, model%mesh, model%material, model%loads%amplitudes, simulation%loads, &
                          simulation%replaced, diagnostics)
+         call check_supports(deck, model%mesh, simulation%loads, simulation%replaced, diagnostics)
          call read_output(deck, mesh_input, model%mesh, requests)
          call check_stop_drop(deck, requests, simulation%fracture)
          call declare_others(deck)
          call deck%finish(diagnostics)
          if (deck%describing() .or. diagnostics%n_errors > 0) return
-         call check_supports(simulation, deck, diagnostics)
+         call model%loads%know_faces(model%mesh, simulation%loads, mesh_input%turned)
       end associate
    end subroutine read_case
 
@@ -74,27 +74,5 @@ contains
                                 'an edge has at most two elements, one on each side')
       end associate
    end subroutine connect
-
-   !> Under *STATIC every piece of the body must be held against rigid motion from the first step on.
-   subroutine check_supports(simulation, deck, diagnostics)
-      type(simulation_t), intent(in) :: simulation
-      type(deck_t), intent(in) :: deck
-      type(diagnostics_t), intent(inout) :: diagnostics
-      logical, allocatable :: held(:, :)
-      integer :: d, n
-      associate (mesh => simulation%model%mesh)
-         allocate (held(2, mesh%n_nodes), source=.false.)
-         do d = 1, size(simulation%loads)
-            associate (definition => simulation%loads(d))
-               if (definition%kind /= load_support .or. definition%step > 1) cycle
-               do n = 1, mesh%n_nodes
-                  if (n == definition%entity .or. mesh%node_in_set(n, definition%set)) &
-                     held(definition%first_dof:definition%last_dof, n) = .true.
-               end do
-            end associate
-         end do
-         call check_rigid_motion(mesh, held, new_place(deck%name(), 0), diagnostics)
-      end associate
-   end subroutine check_supports
 
 end module rf_case

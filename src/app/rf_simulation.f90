@@ -88,7 +88,7 @@ contains
       self%model%relaxation%settings = self%relaxation(s)
       self%model%failure%settings = self%fracture(s)
       call self%model%loads%begin_step(self%model%mesh, pack(self%loads, starts_with(self, s)), self%replaced(:, s), &
-                                       self%model%reaction)
+                                       self%model%reaction, self%model%motion%ux, self%model%motion%uy)
       do i = 1, self%steps(s)%n_increments
          self%position%increment = i
          self%position%last = i == self%steps(s)%n_increments

@@ -1,11 +1,13 @@
 !> Stress at a node: a linear least-squares patch over two rings of the elements of its own fan, taken at the node. The
 !> patch crosses neither cracks nor material borders. The area mean over the fan alone would be first order and
-!> biased at a boundary; it serves where the patch is too small to fit (theory: section 6).
+!> biased at a boundary; it serves where the patch is too small to fit, and at the tip of a crack: there the field is
+!> singular and the crack itself lies in the patch, so that a plane through both flanks and what is ahead falls below the
+!> stress of the nodes beyond, and a second crack would run beside the first (theory: section 6).
 module rf_recovery
    use rf_kinds, only: wp
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
-   use rf_topology, only: elements_around
+   use rf_topology, only: elements_around, corner_of, is_corner
    use rf_material, only: material_t
    implicit none
    private
@@ -23,6 +25,8 @@ module rf_recovery
    type :: patch_work_t
       integer, allocatable :: fan(:), around(:), patch(:)
       integer :: n_fan = 0, n_patch = 0
+      !> the node is the tip of a crack
+      logical :: at_tip = .false.
    end type patch_work_t
 
 contains
@@ -55,7 +59,7 @@ contains
       end do
       stress = stress/total
       strength = strength/total
-      if (fit) call fit_plane(mesh, element_stress, node, work, stress)
+      if (fit .and. .not. work%at_tip) call fit_plane(mesh, element_stress, node, work, stress)
    end subroutine node_stress
 
    !> Materials that meet at a node, ascending.
@@ -103,6 +107,7 @@ contains
       type(patch_work_t), intent(inout) :: work
       integer :: n, i, j, k, corner
       call elements_around(mesh, node, work%around, n)
+      work%at_tip = is_tip(mesh, node, work%around(:n))
       work%n_patch = 0
       do i = 1, n
          call join(work%around(i))
@@ -116,6 +121,7 @@ contains
             corner = mesh%connectivity(k, work%fan(i))
             if (corner == node .or. mesh%hinge(corner)) cycle      ! beyond a hinge is another part of the body
             call elements_around(mesh, corner, work%around, n)
+            if (is_tip(mesh, corner, work%around(:n))) cycle      ! round it lies the other side of the crack
             do j = 1, n
                call join(work%around(j))
             end do
@@ -137,6 +143,20 @@ contains
       end subroutine join
 
    end subroutine gather_patch
+
+   !> Whether a crack ends at a node: a cracked edge lies within its fan.
+   pure logical function is_tip(mesh, node, around)
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: node
+      !> elements of the node
+      integer, intent(in) :: around(:)
+      integer :: i, k
+      is_tip = .false.
+      do i = 1, size(around)
+         k = corner_of(mesh, around(i), node)
+         if (mesh%segment(k, around(i)) > 0) is_tip = is_tip .or. is_corner(mesh, mesh%neighbour(k, around(i)), node)
+      end do
+   end function is_tip
 
    !> Replace the mean by the value at the node of the area-weighted plane through the patch's element stresses.
    subroutine fit_plane(mesh, element_stress, node, work, stress)

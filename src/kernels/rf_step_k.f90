@@ -196,8 +196,9 @@ contains
          ry(k) = y
          residual = residual + measured(k)*(free_x(k)*x*x + free_y(k)*y*y)
          reaction = reaction + measured(k)*((1.0_wp - free_x(k))*x*x + (1.0_wp - free_y(k))*y*y)
-         x = x - local*merge(sign(1.0_wp, vx(k)), 0.0_wp, abs(vx(k)) > 0)*abs(x)
-         y = y - local*merge(sign(1.0_wp, vy(k)), 0.0_wp, abs(vy(k)) > 0)*abs(y)
+         ! a contact node's residual is not known yet: its neighbours damp it, else equilibrium would be out of reach
+         x = x - local*measured(k)*merge(sign(1.0_wp, vx(k)), 0.0_wp, abs(vx(k)) > 0)*abs(x)
+         y = y - local*measured(k)*merge(sign(1.0_wp, vy(k)), 0.0_wp, abs(vy(k)) > 0)*abs(y)
          vx(k) = keep(k)*free_x(k)*(a*vx(k) + b*inverse_mass(k)*x)
          vy(k) = keep(k)*free_y(k)*(a*vy(k) + b*inverse_mass(k)*y)
          wx(k) = ux(k) + vx(k)

@@ -34,7 +34,7 @@ module rf_loads
       integer :: step = 0
       !> it acts on a set of nodes or elements, or on one (the other is 0)
       integer :: set = 0, entity = 0
-      !> directions (support, force), or the face (1 to 3)
+      !> directions (support, force, gravity), or the face (1 to 3, by the deck's node order)
       integer :: first_dof = 0, last_dof = 0
       !> displacement [length], force [force], pressure [stress] or acceleration [length/time^2]
       real(wp) :: value = 0
@@ -70,8 +70,9 @@ module rf_loads
       integer, allocatable :: tag_first(:), tag_member(:)
       logical, private :: any_gravity = .false.
    contains
-      procedure :: prepare, begin_step, apply, adopt, is_held
-      procedure, private :: act, drop, release, spread, tag_faces, new_tag, add_nodal_forces, add_pressures, add_gravity
+      procedure :: prepare, know_faces, begin_step, apply, adopt, is_held
+      procedure, private :: act, drop, acting_index, release, spread, tag_faces, new_tag
+      procedure, private :: add_nodal_forces, add_pressures, add_gravity
    end type loads_t
 
 contains
@@ -81,10 +82,18 @@ contains
       class(loads_t), intent(inout) :: self
       integer, intent(in) :: n_nodes
       call reserve_nodes(self, n_nodes)
-      allocate (self%force(0), self%acting(0), self%ramp(0), self%tag_member(0))
-      self%tag_first = [1]
+      allocate (self%force(0))
+      call start_lists(self)
       if (.not. allocated(self%amplitudes)) allocate (self%amplitudes(0))
    end subroutine prepare
+
+   !> Lists of what acts, empty unless know_faces has begun them.
+   subroutine start_lists(self)
+      class(loads_t), intent(inout) :: self
+      if (allocated(self%acting)) return
+      allocate (self%acting(0), self%ramp(0), self%tag_member(0))
+      self%tag_first = [1]
+   end subroutine start_lists
 
    subroutine reserve_nodes(self, n)
       class(loads_t), intent(inout) :: self
@@ -115,7 +124,7 @@ contains
    end function is_held
 
    !> Start a step: everything that acts goes on from its present value; the step's definitions replace or join it.
-   subroutine begin_step(self, mesh, definitions, replaced, reaction)
+   subroutine begin_step(self, mesh, definitions, replaced, reaction, ux, uy)
       class(loads_t), intent(inout) :: self
       type(mesh_t), intent(inout) :: mesh
       !> definitions of this step, in the deck's order
@@ -124,13 +133,16 @@ contains
       logical, intent(in) :: replaced(:)
       !> reactions of the supports now [force], (2, nodes)
       real(wp), intent(in) :: reaction(:, :)
+      !> displacements now [length], (nodes): where a new support takes hold
+      real(wp), intent(in) :: ux(:), uy(:)
       integer :: i, n, d
       do n = 1, mesh%n_nodes
-         self%support(1, n) = held_at(self%cx(n))
-         self%support(2, n) = held_at(self%cy(n))
+         self%support(1, n) = held_at(merge(ux(n), self%cx(n), self%free_x(n) > 0.5_wp))
+         self%support(2, n) = held_at(merge(uy(n), self%cy(n), self%free_y(n) > 0.5_wp))
       end do
       do i = 1, self%n_forces
          self%force(i)%ramp = held_at(self%force(i)%ramp%now)
+         if (self%force(i)%definition == 0) self%force(i)%ramp%to = 0      ! what a released support still bears goes on falling
       end do
       do d = 1, self%n_acting
          self%ramp(d) = held_at(self%ramp(d)%now)
@@ -186,22 +198,31 @@ contains
       end do
    end subroutine drop
 
+   !> Whether a definition means a node: by its set, or as the node it names or one of that node's copies.
    pure logical function acts_on_node(definition, mesh, node)
       type(load_definition_t), intent(in) :: definition
       type(mesh_t), intent(in) :: mesh
       integer, intent(in) :: node
-      acts_on_node = definition%entity == node
-      if (definition%set > 0) acts_on_node = mesh%node_in_set(node, definition%set)
+      acts_on_node = mesh%node_in_set(node, definition%set)
+      if (definition%entity > 0) acts_on_node = mesh%node_origin(node) == mesh%node_origin(definition%entity)
    end function acts_on_node
+
+   !> Whether a definition means an element: by its set, or as the element it names or one cut from that.
+   pure logical function acts_on_element(definition, mesh, element)
+      type(load_definition_t), intent(in) :: definition
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: element
+      acts_on_element = mesh%element_in_set(element, definition%set)
+      if (definition%entity > 0) acts_on_element = mesh%element_origin(element) == mesh%element_origin(definition%entity)
+   end function acts_on_element
 
    !> Let a definition act: it takes the place of one with the same target, or joins.
    subroutine act(self, mesh, definition)
       class(loads_t), intent(inout) :: self
       type(mesh_t), intent(inout) :: mesh
       type(load_definition_t), intent(in) :: definition
-      type(load_definition_t), allocatable :: acting(:)
-      type(ramp_t), allocatable :: ramp(:)
       integer :: d, n, dof, i
+      logical :: is_new
       if (definition%kind == load_support) then
          do n = 1, mesh%n_nodes
             if (.not. acts_on_node(definition, mesh, n)) cycle
@@ -214,22 +235,8 @@ contains
          end do
          return
       end if
-      do d = 1, self%n_acting
-         if (same_target(self%acting(d), definition)) exit
-      end do
-      if (d > self%n_acting) then
-         if (d > size(self%acting)) then
-            allocate (acting(2*d), ramp(2*d))
-            acting(:d - 1) = self%acting(:d - 1)
-            ramp(:d - 1) = self%ramp(:d - 1)
-            call move_alloc(acting, self%acting)
-            call move_alloc(ramp, self%ramp)
-         end if
-         self%n_acting = d
-         self%acting(d) = definition
-         self%ramp(d) = ramp_t()
-         call self%spread(mesh, d)
-      end if
+      call self%acting_index(definition, d, is_new)
+      if (is_new) call self%spread(mesh, d)
       self%ramp(d)%to = definition%value
       self%ramp(d)%amplitude = definition%amplitude
       self%acting(d)%direction = definition%direction
@@ -239,6 +246,51 @@ contains
          self%force(i)%ramp%amplitude = definition%amplitude
       end do
    end subroutine act
+
+   !> Place of a definition among those that act; a new one joins them with the value 0.
+   subroutine acting_index(self, definition, d, is_new)
+      class(loads_t), intent(inout) :: self
+      type(load_definition_t), intent(in) :: definition
+      integer, intent(out) :: d
+      !> none with that target was acting
+      logical, intent(out) :: is_new
+      type(load_definition_t), allocatable :: acting(:)
+      type(ramp_t), allocatable :: ramp(:)
+      do d = 1, self%n_acting
+         if (same_target(self%acting(d), definition)) exit
+      end do
+      is_new = d > self%n_acting
+      if (.not. is_new) return
+      if (d > size(self%acting)) then
+         allocate (acting(2*d), ramp(2*d))
+         acting(:d - 1) = self%acting(:d - 1)
+         ramp(:d - 1) = self%ramp(:d - 1)
+         call move_alloc(acting, self%acting)
+         call move_alloc(ramp, self%ramp)
+      end if
+      self%n_acting = d
+      self%acting(d) = definition
+      self%ramp(d) = ramp_t()
+   end subroutine acting_index
+
+   !> Find the element faces that the definitions of any step press on, before anything splits: while P1 to P3 mean what
+   !> the user's node order says. From then on the faces carry their tags through every split. Before or after prepare.
+   subroutine know_faces(self, mesh, definitions, turned)
+      class(loads_t), intent(inout) :: self
+      type(mesh_t), intent(inout) :: mesh
+      !> of all steps
+      type(load_definition_t), intent(in) :: definitions(:)
+      !> the deck's element was clockwise: its corners 2 and 3 are exchanged, (elements)
+      logical, intent(in) :: turned(:)
+      integer :: i, d
+      logical :: is_new
+      call start_lists(self)
+      do i = 1, size(definitions)
+         if (definitions(i)%kind /= load_element_face) cycle
+         call self%acting_index(definitions(i), d, is_new)
+         if (is_new) call self%tag_faces(mesh, d, turned)
+      end do
+   end subroutine know_faces
 
    !> Part of the value that a node gets: copies of a deck node share it; a node named by itself takes part likewise.
    pure real(wp) function force_share(mesh, node, definition)
@@ -286,11 +338,13 @@ contains
    end subroutine add_force
 
    !> Tag the boundary faces that a pressure acts on.
-   subroutine tag_faces(self, mesh, d)
+   subroutine tag_faces(self, mesh, d, turned)
       class(loads_t), intent(inout) :: self
       type(mesh_t), intent(inout) :: mesh
       integer, intent(in) :: d
-      integer :: e, k
+      !> as in know_faces
+      logical, intent(in), optional :: turned(:)
+      integer :: e, k, face
       logical :: hit
       do e = 1, mesh%n_elements
          do k = 1, 3
@@ -299,8 +353,9 @@ contains
                hit = mesh%node_in_set(mesh%connectivity(k, e), self%acting(d)%set) .and. &
                      mesh%node_in_set(mesh%connectivity(next_corner(k), e), self%acting(d)%set)
             else
-               hit = k == self%acting(d)%first_dof .and. &
-                     (e == self%acting(d)%entity .or. mesh%element_in_set(e, self%acting(d)%set))
+               face = k
+               if (present(turned)) face = merge(4 - k, k, turned(e))
+               hit = face == self%acting(d)%first_dof .and. acts_on_element(self%acting(d), mesh, e)
             end if
             if (hit) mesh%face_tag(k, e) = self%new_tag(mesh%face_tag(k, e), d)
          end do
@@ -409,7 +464,7 @@ contains
          if (self%acting(d)%kind /= load_gravity) cycle
          g = self%ramp(d)%now
          do e = 1, mesh%n_elements
-            if (.not. (mesh%element_in_set(e, self%acting(d)%set) .or. e == self%acting(d)%entity)) cycle
+            if (.not. acts_on_element(self%acting(d), mesh, e)) cycle
             associate (section => material%section(mesh%section(e)), corner => mesh%connectivity(:, e))
                third = g*section%density*section%thickness*mesh%area(e)/3
                self%px(corner) = self%px(corner) + third*self%acting(d)%direction(1)
@@ -431,8 +486,12 @@ contains
          a = changes%parent(1, i)
          b = changes%parent(2, i)
          call reserve_nodes(self, n)
-         self%cx(n) = 0
-         self%cy(n) = 0
+         self%cx(n) = self%cx(a)
+         self%cy(n) = self%cy(a)
+         if (b > 0) then
+            self%cx(n) = 0.5_wp*(self%cx(a) + self%cx(b))
+            self%cy(n) = 0.5_wp*(self%cy(a) + self%cy(b))
+         end if
          do dof = 1, 2
             self%support(dof, n) = self%support(dof, a)
             held = self%is_held(dof, a)
@@ -444,9 +503,6 @@ contains
             if (dof == 1) self%free_x(n) = merge(0.0_wp, 1.0_wp, held)
             if (dof == 2) self%free_y(n) = merge(0.0_wp, 1.0_wp, held)
          end do
-         if (b > 0) cycle
-         self%cx(n) = self%cx(a)
-         self%cy(n) = self%cy(a)
       end do
       do i = 1, changes%n_nodes
          if (changes%parent(2, i) == 0) call share_forces(self, changes, i)

@@ -32,14 +32,18 @@ module rf_relaxation
    real(wp), parameter :: loose_keep = 0.8_wp
    !> part of the largest scale of any converged state that the scale never falls below
    real(wp), parameter :: scale_memory = 0.02_wp
+   !> a residual below this part of the largest force of the relaxation is round-off: a body that was never loaded and
+   !> ends without load (a cut bar that is pulled apart) has no other scale
+   real(wp), parameter :: round_off = 1.0e-12_wp
    !> contact impulses stand when they change by less, relative to the largest; and in units of the tolerance
    real(wp), parameter :: contact_tolerance = 1.0e-6_wp, contact_fraction = 0.01_wp
    !> movement, in mean edge lengths, from which a piece that does not come to rest is a mechanism
    real(wp), parameter :: mechanism_movement = 0.2_wp
    !> residual, in units of the tolerance, down to which VISCOUS damping looks for the lowest frequency
    real(wp), parameter :: viscous_look = 10.0_wp
-   !> weight of the newest Rayleigh quotient in that search
+   !> weight of the newest Rayleigh quotient in that search, and steps that it takes at least
    real(wp), parameter :: viscous_smoothing = 0.02_wp
+   integer, parameter :: viscous_steps = 100
 
    type :: relaxation_settings_t
       !> residual relative to the scale of forces for states that are recorded, and for those that choose an event
@@ -89,7 +93,7 @@ contains
       type(motion_t), intent(inout) :: motion
       !> residual relative to the scale of forces at which the state is taken [-]
       real(wp), intent(in) :: tolerance
-      real(wp) :: sums(n_sums), applied, scale, c, lowest, kinetic_before
+      real(wp) :: sums(n_sums), applied, largest, scale, c, lowest, kinetic_before
       integer(i8) :: ticks(2), rate
       real(wp), allocatable :: start_x(:), start_y(:)
       logical :: at_rest
@@ -102,6 +106,8 @@ contains
       start_y = motion%uy(:mesh%n_nodes)
       applied = sqrt(dot_product(loads%px(:mesh%n_nodes), loads%px(:mesh%n_nodes)) &
                      + dot_product(loads%py(:mesh%n_nodes), loads%py(:mesh%n_nodes)))
+      scale = 0
+      largest = 0
       c = 0
       lowest = 0
       kinetic_before = 0
@@ -112,7 +118,8 @@ contains
          call self%step(mesh, rows, contact, loads, motion, c, at_rest, tolerance)
          call self%sum_up(rows, contact, sums)
          if (.not. ieee_is_finite(sum(sums))) exit
-         scale = max(applied, sqrt(sums(sum_reaction)), scale_memory*self%largest_scale)
+         largest = max(largest, sqrt(sums(sum_residual) + sums(sum_reaction)))
+         scale = max(applied, sqrt(sums(sum_reaction)), scale_memory*self%largest_scale, round_off*largest/tolerance)
          if (sqrt(sums(sum_residual)) <= tolerance*scale) exit
          if (self%iterations >= self%settings%max_iterations) exit
          call self%next_damping(sums, sqrt(sums(sum_residual)) > viscous_look*tolerance*scale, lowest, c)
@@ -238,7 +245,8 @@ contains
          if (self%viscous < 0) then
             c = min(largest_damping, 2*sqrt(quotient))
             lowest = lowest + viscous_smoothing*(quotient - lowest)
-            if (.not. far) self%viscous = min(largest_damping, self%settings%factor*2*sqrt(lowest))
+            if (.not. far .and. self%iterations >= viscous_steps) &
+               self%viscous = min(largest_damping, self%settings%factor*2*sqrt(lowest))
          else
             c = self%viscous
          end if
@@ -306,9 +314,9 @@ contains
          end do
          return
       end if
-      self%residual = 0
+      self%residual = merge(huge(1.0_wp), 0.0_wp, sums(sum_residual) > 0)
       if (scale > 0) self%residual = sqrt(sums(sum_residual))/scale
-      if (self%residual <= tolerance) then
+      if (sqrt(sums(sum_residual)) <= tolerance*scale) then
          self%outcome = relaxed
          self%largest_scale = max(self%largest_scale, scale)
          return
@@ -327,19 +335,19 @@ contains
       type(motion_t), intent(in) :: motion
       real(wp), intent(in) :: start_x(:), start_y(:)
       real(wp), allocatable :: movement(:, :)
-      integer, allocatable :: nodes(:), held(:)
+      integer, allocatable :: nodes(:), held(:, :)
       integer :: n, p
       allocate (movement(2, pieces%n), source=0.0_wp)
-      allocate (nodes(pieces%n), held(pieces%n), source=0)
+      allocate (nodes(pieces%n), held(2, pieces%n), source=0)
       do n = 1, mesh%n_nodes
          p = pieces%of_node(n)
          nodes(p) = nodes(p) + 1
-         if (loads%is_held(1, n)) held(p) = held(p) + 1
-         if (loads%is_held(2, n)) held(p) = held(p) + 1
+         if (loads%is_held(1, n)) held(1, p) = held(1, p) + 1
+         if (loads%is_held(2, n)) held(2, p) = held(2, p) + 1
          movement(:, p) = movement(:, p) + [motion%ux(n) - start_x(n), motion%uy(n) - start_y(n)]
       end do
       do piece = 1, pieces%n
-         if (held(piece) >= 3) cycle                      ! fewer leave a rigid motion free
+         if (sum(held(:, piece)) >= 3 .and. all(held(:, piece) > 0)) cycle     ! fewer leave a rigid motion free
          if (.not. (pieces%loaded(piece) .or. pieces%supported(piece))) cycle
          if (norm2(movement(:, piece)) > mechanism_movement*mesh%mean_edge*nodes(piece)) return
       end do

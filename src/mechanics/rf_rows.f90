@@ -5,7 +5,7 @@ module rf_rows
    use rf_grow, only: grow
    use rf_sort, only: sorted_order
    use rf_mesh, only: mesh_t
-   use rf_topology, only: changes_t, elements_around, corner_of, next_corner, previous_corner
+   use rf_topology, only: changes_t, elements_around, corner_of, sort_ascending
    use rf_material, only: material_t
    use rf_cst, only: gradients, stiffness_block
    use rf_step_k, only: block_size
@@ -131,6 +131,7 @@ contains
          node = self%first(block) + k - 1
          sums = 0
          call elements_around(mesh, node, around, n)
+         call sort_ascending(around(:n))        ! sums do not depend on where the walk round the node began
          do i = 1, n
             call add_element(draft, k, mesh, material, around(i), node, sums)
          end do

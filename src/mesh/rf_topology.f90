@@ -8,7 +8,7 @@ module rf_topology
    implicit none
    private
    public :: changes_t, build_topology, elements_around, bisect_edge, crack_edge, refan_node
-   public :: next_corner, previous_corner, corner_of, is_corner, node_on_boundary, side_nodes
+   public :: next_corner, previous_corner, corner_of, is_corner, node_on_boundary, side_nodes, sort_ascending
    public :: manifold_ok, manifold_three_elements
 
    !> the next and the previous of the three corners of a triangle

@@ -171,7 +171,8 @@ contains
       definition(5) = load_definition_t(kind=load_gravity, set=1, value=9.81_wp, direction=[0.6_wp, -0.8_wp])
       replaced = .false.
       call body%loads%prepare(body%mesh%n_nodes)
-      call body%loads%begin_step(body%mesh, definition, replaced, spread([0.0_wp, 0.0_wp], 2, body%mesh%n_nodes))
+      call body%loads%begin_step(body%mesh, definition, replaced, spread([0.0_wp, 0.0_wp], 2, body%mesh%n_nodes), &
+                                 body%motion%ux, body%motion%uy)
       call body%loads%apply(body%mesh, body%material, 0.5_wp, 0.5_wp)
       body%applied = applied_now(body)
       body%applied_scale = sum(abs(body%loads%px(:body%mesh%n_nodes))) + sum(abs(body%loads%py(:body%mesh%n_nodes)))
