@@ -165,7 +165,7 @@ contains
          b = merge(0.25_wp, 0.5_wp, self%settings%damping == damping_local)
       end if
       self%b = b
-      call relaxation_step(mesh%n_nodes, rows%n_blocks, rows%first, rows%count, rows%depth, self%special, rows%jag, &
+      call relaxation_step(mesh%n_nodes, rows%n_blocks, rows%first, rows%count, self%special, rows%slice, &
                            rows%order, rows%column, rows%kxx, rows%kxy, rows%kyx, rows%kyy, a, b, local, &
                            motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, motion%fx, motion%fy, &
                            loads%px, loads%py, rows%inverse_mass, loads%free_x, loads%free_y, self%counted, self%measured, &

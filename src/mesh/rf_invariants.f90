@@ -194,6 +194,11 @@ contains
             problem = 'segment '//to_text(s)//': its elements do not name it once'
          else if (.not. any(mesh%segment(:, e(1)) == s .and. mesh%neighbour(:, e(1)) == e(2))) then
             problem = 'segment '//to_text(s)//' is not between its elements'
+         else if ((mesh%segment_mode(s) == 0) .neqv. (mesh%segment_event(s) == 0)) then
+            problem = 'segment '//to_text(s)//' has mode '//to_text(int(mesh%segment_mode(s)))//' and event '// &
+               to_text(mesh%segment_event(s))
+         else if (mesh%segment_mode(s) < 0 .or. mesh%segment_mode(s) > 2 .or. mesh%segment_event(s) < 0) then
+            problem = 'segment '//to_text(s)//' has no mode or event'
          end if
       end do
    end subroutine check_segments

@@ -411,10 +411,13 @@ contains
    subroutine halve_segment(mesh, segment, first_half, second_half, edges)
       type(mesh_t), intent(inout) :: mesh
       integer, intent(in) :: segment, first_half(2), second_half(2), edges(2)
-      integer :: s, order(2)
+      integer :: s, order(2), event
+      integer(i1) :: mode
       order = [1, 2]       ! keeps which side is the first
       if (mesh%segment_element(1, segment) /= first_half(1)) order = [2, 1]
-      call append_segment(mesh, mesh%segment_mode(segment), mesh%segment_event(segment), s)
+      mode = mesh%segment_mode(segment)       ! copies: the arrays move when they grow
+      event = mesh%segment_event(segment)
+      call append_segment(mesh, mode, event, s)
       mesh%segment_element(:, segment) = first_half(order)
       mesh%segment_element(:, s) = second_half(order)
       mesh%segment(edges(1), first_half(1)) = segment
