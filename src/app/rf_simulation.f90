@@ -85,7 +85,7 @@ contains
       self%peak = 0
       self%before%valid = .false.
       self%last%fraction = 0
-      self%model%relaxation%settings = self%relaxation(s)
+      call self%model%relaxation%begin_step(self%relaxation(s))
       self%model%failure%settings = self%fracture(s)
       call self%model%loads%begin_step(self%model%mesh, pack(self%loads, starts_with(self, s)), self%replaced(:, s), &
                                        self%model%reaction, self%model%motion%ux, self%model%motion%uy)

@@ -4,7 +4,7 @@ module rf_summary
    use rf_kinds, only: wp
    use rf_simulation, only: simulation_t
    use rf_recorder, only: digests_of
-   use rf_criterion_griffith, only: griffith_t, griffith_jump
+   use rf_strength_input, only: jump_of_criterion
    use rf_log, only: short
    use rf_text, only: to_text
    implicit none
@@ -24,12 +24,10 @@ contains
             to_text(size(simulation%steps))//' steps, mean edge '//short(mesh%mean_edge)//', read in '//short(seconds)//' s'
          do m = 1, size(failure%strength)
             if (.not. failure%strength(m)%given) cycle
-            select type (law => failure%criterion(m)%law)
-            type is (griffith_t)
-               write (output_unit, '(a)') 'note: CRITERION=GRIFFITH of material '//trim(simulation%model%material%name(m))// &
-                  ' jumps at sigma1 = -3 sigma3: a tension of '//short(failure%strength(m)%tensile)//' fails on one side, of '// &
-                  short(griffith_jump(failure%strength(m)%cohesion, failure%strength(m)%tan_friction))//' on the other'
-            end select
+            if (.not. jump_of_criterion(failure, m) > 0) cycle
+            write (output_unit, '(a)') 'note: CRITERION=GRIFFITH of material '//trim(simulation%model%material%name(m))// &
+               ' jumps at sigma1 = -3 sigma3: a tension of '//short(failure%strength(m)%tensile)//' fails on one side, of '// &
+               short(jump_of_criterion(failure, m))//' on the other'
          end do
       end associate
       flush (output_unit)

@@ -11,8 +11,8 @@ module rf_pieces
       integer :: n = 0
       !> piece of each node, numbered by the first element in the deck's order, (nodes)
       integer, allocatable :: of_node(:)
-      !> the piece has supports; applied forces act on it, (pieces)
-      logical, allocatable :: supported(:), loaded(:)
+      !> the piece has supports; applied forces act on it; its supports leave it free to slide along x or y, (pieces)
+      logical, allocatable :: supported(:), loaded(:), slides(:)
    contains
       procedure :: find, look_at_loads
    end type pieces_t
@@ -68,14 +68,18 @@ contains
    subroutine look_at_loads(self, loads)
       class(pieces_t), intent(inout) :: self
       type(loads_t), intent(in) :: loads
+      logical, allocatable :: held(:, :)
       integer :: n, p
-      if (allocated(self%supported)) deallocate (self%supported, self%loaded)
-      allocate (self%supported(self%n), self%loaded(self%n), source=.false.)
+      if (allocated(self%supported)) deallocate (self%supported, self%loaded, self%slides)
+      allocate (self%supported(self%n), self%loaded(self%n), self%slides(self%n), held(2, self%n), source=.false.)
       do n = 1, size(self%of_node)
          p = self%of_node(n)
-         if (loads%free_x(n) < 0.5_wp .or. loads%free_y(n) < 0.5_wp) self%supported(p) = .true.
+         held(1, p) = held(1, p) .or. loads%free_x(n) < 0.5_wp
+         held(2, p) = held(2, p) .or. loads%free_y(n) < 0.5_wp
          if (abs(loads%px(n)) > 0 .or. abs(loads%py(n)) > 0) self%loaded(p) = .true.
       end do
+      self%supported = held(1, :) .or. held(2, :)
+      self%slides = self%supported .and. .not. (held(1, :) .and. held(2, :))
    end subroutine look_at_loads
 
 end module rf_pieces

@@ -71,16 +71,27 @@ module rf_relaxation
       real(wp) :: element_updates = 0, seconds = 0
       !> damping coefficient of VISCOUS once known [-]
       real(wp), private :: viscous = -1
-      real(wp), allocatable, private :: counted(:), measured(:), keep(:), partial(:, :)
+      !> per node: its residual counts; its motion enters the damping; its residual is summed by the step kernel (not by
+      !> contact); part of the velocity that it keeps in a step
+      real(wp), allocatable, private :: counted(:), paced(:), measured(:), keep(:)
+      real(wp), allocatable, private :: partial(:, :)
       logical, allocatable, private :: special(:)
       !> velocities of this step and of the last one, (node, step, direction); KINETIC damping only
       real(wp), allocatable, private :: velocity(:, :, :)
    contains
-      procedure :: equilibrate
+      procedure :: begin_step, equilibrate
       procedure, private :: prepare_masks, step, sum_up, next_damping, judge_failure, return_to_peak, keep_velocities
    end type relaxation_t
 
 contains
+
+   !> Take over the settings of a step; VISCOUS damping looks for its coefficient anew.
+   subroutine begin_step(self, settings)
+      class(relaxation_t), intent(inout) :: self
+      type(relaxation_settings_t), intent(in) :: settings
+      self%settings = settings
+      self%viscous = -1
+   end subroutine begin_step
 
    !> Relax to equilibrium at the present loads, starting from the present displacements at rest (theory: eqs. 7 to 13).
    subroutine equilibrate(self, mesh, rows, contact, loads, pieces, motion, tolerance)
@@ -168,7 +179,7 @@ contains
       call relaxation_step(mesh%n_nodes, rows%n_blocks, rows%first, rows%count, self%special, rows%slice, &
                            rows%order, rows%column, rows%kxx, rows%kxy, rows%kyx, rows%kyy, a, b, local, &
                            motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, motion%fx, motion%fy, &
-                           loads%px, loads%py, rows%inverse_mass, loads%free_x, loads%free_y, self%counted, self%measured, &
+                           loads%px, loads%py, rows%inverse_mass, loads%free_x, loads%free_y, self%paced, self%measured, &
                            self%keep, motion%rx, motion%ry, self%partial)
       if (contact%n_pairs == 0) return
       call contact_step(contact%n_groups, contact%group_pair, contact%group_node, contact%node, contact%pair_node, &
@@ -265,9 +276,10 @@ contains
       type(pieces_t), intent(in) :: pieces
       type(motion_t), intent(inout) :: motion
       integer :: n, b
-      logical :: loose
+      logical :: loose, slides
       call motion%reserve(mesh%n_nodes)
       call grow(self%counted, mesh%n_nodes)
+      call grow(self%paced, mesh%n_nodes)
       call grow(self%measured, mesh%n_nodes)
       call grow(self%keep, mesh%n_nodes)
       call grow(self%partial, rows%n_blocks, n_sums)
@@ -278,12 +290,14 @@ contains
          loose = .not. (pieces%supported(pieces%of_node(n)) .or. pieces%loaded(pieces%of_node(n)))
          self%counted(n) = merge(0.0_wp, 1.0_wp, loose)
          self%measured(n) = self%counted(n)
-         self%keep(n) = merge(loose_keep, 1.0_wp, loose)
+         slides = pieces%slides(pieces%of_node(n)) .and. .not. pieces%loaded(pieces%of_node(n))
+         self%paced(n) = merge(0.0_wp, 1.0_wp, loose .or. slides)
+         self%keep(n) = merge(loose_keep, 1.0_wp, loose .or. slides)
          motion%vx(n) = 0
          motion%vy(n) = 0
          if (loads%is_held(1, n)) motion%ux(n) = loads%cx(n)
          if (loads%is_held(2, n)) motion%uy(n) = loads%cy(n)
-         if (loose .or. loads%is_held(1, n) .or. loads%is_held(2, n)) self%special(b) = .true.
+         if (loose .or. slides .or. loads%is_held(1, n) .or. loads%is_held(2, n)) self%special(b) = .true.
       end do
       do n = 1, contact%n_nodes
          self%measured(contact%node(n)) = 0

@@ -2,7 +2,8 @@
 !> bisect an edge, flag an edge as cracked, re-fan a node. Everything else (types I to III, run-through of interfaces,
 !> opening at the boundary) is a sequence of these.
 module rf_topology
-   use rf_kinds, only: wp, i1
+   use rf_kinds, only: wp, i1, i8
+   use rf_sort, only: sorted_order
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t, no_origin
    implicit none
@@ -457,8 +458,8 @@ contains
       mesh%segment_element(:, segment) = [min(element, other), max(element, other)]
    end subroutine crack_edge
 
-   !> Operation 3: group the elements round a node into fans connected through intact edges. The fan with the lowest
-   !> element keeps the node, each other gets a copy of it.
+   !> Operation 3: group the elements round a node into fans connected through intact edges. The fan with the first
+   !> element (in the order of the output) keeps the node, each other gets a copy of it.
    subroutine refan_node(mesh, node, changes, n_copies)
       type(mesh_t), intent(inout) :: mesh
       integer, intent(in) :: node
@@ -472,7 +473,8 @@ contains
       n_copies = 1
       if (mesh%hinge(node)) return
       call elements_around(mesh, node, around, n)
-      call sort_ascending(around(:n))
+      ! in the order of the output, so that internal numbering does not show
+      around(:n) = around(sorted_order(int(mesh%element_rank(around(:n)), i8)))
       call group_fans(mesh, node, around(:n), fan, n_copies)
       if (n_copies == 1) return
       mesh%share(node) = mesh%share(node)/n_copies

@@ -11,6 +11,7 @@ module rf_recorder
    use rf_provenance, only: provenance_t
    use rf_hdf5, only: hdf5_file_t
    use rf_digest, only: digest_t
+   use rf_system, only: is_folder, path_exists, remove_file
    use rf_system, only: remove_file
    implicit none
    private
@@ -51,6 +52,7 @@ contains
       if (self%frames%vtkhdf) self%files = self%files//' '//prefix//'.vtkhdf '//prefix//'_cracks.vtkhdf'
       if (self%frames%apdl) self%files = self%files//' '//prefix//'.mac'
       if (size(requests%node_print) + size(requests%element_print) > 0) self%files = self%files//' '//prefix//'.dat'
+      call remove_old(prefix)
       call self%file%create(prefix//'.h5', error)
       if (.not. allocated(error)) call self%file%add_group('/rfem', error)
       if (.not. allocated(error)) call self%provenance%write_start(self%file, error)
@@ -66,6 +68,18 @@ contains
          old_removed = remove_file(prefix//'_cracks.vtkhdf')
       end if
    end subroutine create
+
+   !> Delete an earlier result set of this name: what the new run does not write must not stay beside what it writes.
+   subroutine remove_old(prefix)
+      character(len=*), intent(in) :: prefix
+      character(len=14), parameter :: endings(7) = [character(len=14) :: '.h5', '_history.csv', '_events.csv', '.vtkhdf', &
+                                                    '_cracks.vtkhdf', '.mac', '.dat']
+      integer :: i
+      do i = 1, size(endings)
+         if (.not. path_exists(prefix//trim(endings(i))) .or. is_folder(prefix//trim(endings(i)))) cycle
+         if (.not. remove_file(prefix//trim(endings(i)))) return     ! creating it anew says why
+      end do
+   end subroutine remove_old
 
    subroutine take_requests(self, requests)
       class(recorder_t), intent(inout) :: self

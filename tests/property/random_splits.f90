@@ -21,7 +21,7 @@ program random_splits
    use rf_splitting, only: split_mesh
    use rf_invariants, only: baseline_t, take_baseline, check_invariants
    use test_meshes, only: punched, uniform_material, check_changes, check_carried, check_pairs, totals_t, take_totals, &
-      smallest_angle
+      smallest_angle, nodal_forces, check_forces
    implicit none
 
    !> a body and what is attached to it
@@ -222,8 +222,10 @@ contains
       type(totals_t) :: totals
       type(changes_t) :: changes
       character(len=:), allocatable :: problem
+      real(wp), allocatable :: forces(:, :)
       integer :: i
       before = body%mesh
+      forces = nodal_forces(body%mesh, body%material, body%motion)
       totals = take_totals(body%mesh, body%motion)
       call split_mesh(body%mesh, split, body%splits + 1, changes)
       call body%material%adopt(changes)
@@ -234,6 +236,7 @@ contains
       call check_invariants(body%mesh, body%baseline, problem, changes)
       if (len(problem) == 0) call check_changes(before, body%mesh, changes, problem)
       if (len(problem) == 0) call check_carried(totals, body%mesh, body%motion, changes, problem)
+      if (len(problem) == 0) call check_forces(forces, body%mesh, body%material, body%motion, changes, problem)
       if (len(problem) == 0) call check_pairs(body%mesh, body%material, body%contact, problem)
       if (norm2(applied_now(body) - body%applied) > 1.0e-11_wp*body%applied_scale) problem = 'the sum of the loads has changed'
       do i = 1, changes%n_elements

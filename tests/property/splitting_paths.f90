@@ -12,6 +12,7 @@ program splitting_paths
    use rf_topology, only: changes_t, side_nodes
    use rf_ray, only: split_t, split_limits_t, choose_split
    use rf_splitting, only: split_mesh
+   use rf_criterion, only: mode_tension
    use rf_invariants, only: baseline_t, take_baseline, check_invariants
    use test_meshes, only: rectangle, node_at
    implicit none
@@ -74,6 +75,7 @@ contains
       do
          call choose_split(mesh, tip, reshape(direction, [2, 1]), limits, utilisation, protected, protected, split)
          if (split%node == 0) exit
+         split%mode = mode_tension
          event = event + 1
          kinds(split%kind) = kinds(split%kind) + 1
          call split_mesh(mesh, split, event, changes)

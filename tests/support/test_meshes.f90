@@ -7,7 +7,7 @@ module test_meshes
    use rf_mesh_assembly, only: raw_mesh_t, assemble, turn_clockwise
    use rf_material, only: material_t
    use rf_motion, only: motion_t
-   use rf_cst, only: elasticity
+   use rf_cst, only: elasticity, gradients, strain, stress, corner_forces
    use rf_contact, only: contact_t
    use rf_ray, only: split_t
    use rf_invariants, only: baseline_t, take_baseline, check_invariants
@@ -15,6 +15,7 @@ module test_meshes
    private
    public :: plain_mesh, rectangle, punched, cut_hole, uniform_material, plan_of, node_at, element_of_nodes, element_at
    public :: copies_at, n_pieces, check_changes, check_carried, check_pairs, totals_t, take_totals, smallest_angle
+   public :: nodal_forces, check_forces
 
    !> what points that coincide may differ by, relative to the mesh's mean edge
    real(wp), parameter :: near = 1.0e-9_wp
@@ -257,6 +258,48 @@ contains
          if (abs(motion%ux(n) - motion%ux(a)) + abs(motion%uy(n) - motion%uy(a)) > 0) problem = 'a copy is not where its node is'
       end do
    end subroutine check_carried
+
+   !> Internal forces of all nodes [force], (2, nodes), element by element.
+   function nodal_forces(mesh, material, motion) result(force)
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      type(motion_t), intent(in) :: motion
+      real(wp), allocatable :: force(:, :)
+      real(wp) :: gradient(2, 3), area, sigma(3)
+      integer :: e
+      allocate (force(2, mesh%n_nodes), source=0.0_wp)
+      do e = 1, mesh%n_elements
+         associate (section => material%section(mesh%section(e)), corner => mesh%connectivity(:, e))
+            call gradients(mesh%x(:, corner), gradient, area)
+            sigma = material%stiffness_factor(e)*stress(section%law, strain(gradient, motion%corner_displacements(mesh, e)))
+            force(:, corner) = force(:, corner) + corner_forces(gradient, area*section%thickness, sigma)
+         end associate
+      end do
+   end function nodal_forces
+
+   !> A split releases nothing by itself: with every new node tied to what it comes from, the forces are those before.
+   subroutine check_forces(before, mesh, material, motion, changes, problem)
+      !> internal forces before the split [force], (2, nodes)
+      real(wp), intent(in) :: before(:, :)
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      type(motion_t), intent(in) :: motion
+      type(changes_t), intent(in) :: changes
+      character(len=:), allocatable, intent(inout) :: problem
+      real(wp), allocatable :: force(:, :)
+      integer :: i, n, a, b
+      force = nodal_forces(mesh, material, motion)
+      do i = changes%n_nodes, 1, -1
+         n = changes%node(i)
+         a = changes%parent(1, i)
+         b = changes%parent(2, i)
+         if (b == 0) b = a
+         force(:, a) = force(:, a) + 0.5_wp*force(:, n)
+         force(:, b) = force(:, b) + 0.5_wp*force(:, n)
+      end do
+      n = size(before, 2)
+      if (maxval(abs(force(:, :n) - before)) > 1.0e-10_wp*maxval(abs(before))) problem = 'forces are not continuous over the split'
+   end subroutine check_forces
 
    !> The pairs are those that the cracked edges ask for, with their normals and areas, in groups that share no nodes.
    subroutine check_pairs(mesh, material, contact, problem)
