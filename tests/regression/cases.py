@@ -1,7 +1,7 @@
 """The runs whose results are kept as references (input/paper/reference/NAME.json), and what is kept of each.
 
-Before the first event a run is elastic and reproducible to the tolerance of relaxation: compared tightly. After it crack
-paths bifurcate on rounding (compilers and processors round differently): compared through integrals.
+Before the first event a run is elastic and reproducible to the tolerance of relaxation: compared tightly. After it
+crack paths bifurcate on rounding (compilers and processors round differently): compared through integrals.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""One deck, one answer: the same bits for any number of threads, any outputs, any way in; the same answer for any ordering."""
+"""One deck, one answer: the same bits for any threads, any outputs, any way in; the same answer for any ordering."""
 
 import h5py
 import numpy as np

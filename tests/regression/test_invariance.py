@@ -1,7 +1,8 @@
-"""The same case told in another way: other units, turned, mirrored, moved, with other ids. Nothing may change but the telling.
+"""The same case told in another way: other units, turned, mirrored, moved, with other ids.
 
-Decks here are made from the paper's coarse beam. Before the first event everything agrees to round-off; TOLERANCE=1E-10 is
-asked for where steps of relaxation may differ (a sum taken in another direction), so that what is left of them does not count.
+Decks here are made from the paper's coarse beam. Before the first event everything agrees to round-off; TOLERANCE=1E-10
+is asked for where steps of relaxation may differ (a sum taken in another direction), so that what is left of them does
+not count.
 """
 
 import numpy as np
@@ -13,7 +14,7 @@ TRIANGLES = ELEMENTS["ROCK"]
 PIN, ROLLER = (int(NODES[np.hypot(*(POINTS - at).T).argmin()]) for at in ((50, 0), (350, 0)))
 PUSHED = NODES[(np.abs(POINTS[:, 0] - 200) <= 10.001) & (POINTS[:, 1] == 100)]
 NEAR_SUPPORTS = NODES[[min(np.hypot(*(p - (50, 0))), np.hypot(*(p - (350, 0)))) <= 15.001 for p in POINTS]]
-assert (NODES == np.arange(1, len(NODES) + 1)).all()
+assert np.array_equal(NODES, np.arange(1, len(NODES) + 1))
 
 DECK = """*HEADING
 The paper's beam told in another way

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Write the reference of a regression case anew; nothing else writes them.
 
-    RFEM=PATH PYTHONPATH=tests/support python3 tests/regression/update.py NAME --why "what changed, and why that is right"
+    RFEM=PATH PYTHONPATH=tests/support python3 tests/regression/update.py NAME --why "what changed, why it is right"
 
 Tolerances that stand in the reference are kept; new quantities get those of cases.py. The difference is shown first.
 """

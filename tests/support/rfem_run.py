@@ -1,6 +1,6 @@
 """Runs rfem for tests: a deck (as it stands or with a few words replaced), its exit, its log, its tables.
 
-The program is RFEM, the project RFEM_SOURCE_DIR (CMake sets both). Everything is written below a folder that the test gives.
+The program is RFEM, the project RFEM_SOURCE_DIR (CMake sets both). All is written below a folder that the test gives.
 """
 
 import csv
@@ -71,8 +71,7 @@ def call(*arguments, cwd=None, threads=1, timeout=600, **options):
         cwd=cwd,
         env=environment,
         timeout=timeout,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
+        capture_output=True,
         text=True,
         **options,
     )
