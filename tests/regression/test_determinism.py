@@ -1,0 +1,124 @@
+"""One deck, one answer: the same bits for any threads, any outputs, any way in; the same answer for any ordering."""
+
+import h5py
+import numpy as np
+import pytest
+from rfem_run import BEAM, PAPER, Run, call, close, edited, run
+
+ROUGH = PAPER / "uniaxial_compression.inp"
+BEAM_H4 = ["--set", "H=4"]
+ALL_OUTPUTS = """*OUTPUT, FIELD, FREQUENCY=1, EVENTS=1, FORMAT=BOTH
+*OUTPUT, HISTORY, FREQUENCY=1, EVENTS=1
+*MONITOR, NAME=FEET, NSET=AT_SUPPORTS
+*NODE PRINT, NSET=LOAD
+U, RF
+*EL PRINT, ELSET=ROCK
+S, E
+*END STEP"""
+PLAIN = "*OUTPUT, FIELD, FREQUENCY=10, EVENTS=1\n*OUTPUT, HISTORY, EVENTS=1\n"
+OUTPUTS = {
+    "few": [(PLAIN, "*OUTPUT, FIELD, FREQUENCY=1000\n*OUTPUT, HISTORY, FREQUENCY=1000\n")],
+    "default": [(PLAIN, "")],
+    "apdl": [(PLAIN, "*OUTPUT, FIELD, FREQUENCY=7, FORMAT=APDL\n")],
+    "every third event": [(PLAIN, "*OUTPUT, FIELD, EVENTS=3\n*OUTPUT, HISTORY, FREQUENCY=2\n")],
+    "all": [(PLAIN + "*END STEP", ALL_OUTPUTS)],
+    "no checks": [("*SECTION CHECK, NAME=QUARTER\n125., 50., 1., 0.\n", "")],
+}
+
+
+@pytest.fixture(scope="module")
+def beam(tmp_path_factory):
+    return run(BEAM, tmp_path_factory.mktemp("beam"), *BEAM_H4)
+
+
+@pytest.mark.parametrize("threads", [2, 3])
+def test_threads_beam(beam, threads, tmp_path):
+    done = run(BEAM, tmp_path, *BEAM_H4, "--threads", threads)
+    assert done.digests == beam.digests
+    for table in ("_history.csv", "_events.csv"):
+        assert done.path(table).read_text() == beam.path(table).read_text(), "all figures, not only the last ones"
+    assert f", {threads} threads, " in done.log
+
+
+def test_threads_rough_block(tmp_path):
+    deck = edited(ROUGH, tmp_path, ("STOP DROP=0.3", "MAX EVENTS=12, STOP DROP=0.3"))
+    runs = [run(deck, tmp_path / f"t{n}", "--set", "H=5", "--threads", n) for n in (1, 2, 3)]
+    assert runs[0].history["event_count"][-1] == 12
+    assert runs[0].history["contacts_stick"][-1] + runs[0].history["contacts_slip"][-1] > 0, "contact takes part"
+    for done in runs[1:]:
+        assert done.digests == runs[0].digests
+        for table in ("_history.csv", "_events.csv"):
+            assert done.path(table).read_text() == runs[0].path(table).read_text()
+
+
+def test_twice(beam, tmp_path):
+    done = run(BEAM, tmp_path, *BEAM_H4)
+    for suffix in (".vtkhdf", "_cracks.vtkhdf"):
+        one, other = datasets(done.path(suffix)), datasets(beam.path(suffix))
+        assert one.keys() == other.keys() and len(one) > 20
+        for name, values in one.items():
+            assert values.tobytes() == other[name].tobytes(), name
+
+
+def datasets(path):
+    """All datasets of a file, by name (HDF5 dates its objects, so that files differ)."""
+    found = {}
+
+    def take(name, item):
+        if isinstance(item, h5py.Dataset):
+            found[name] = item[()]
+
+    with h5py.File(path) as file:
+        file.visititems(take)
+    return found
+
+
+@pytest.mark.parametrize("name", OUTPUTS)
+def test_outputs(beam, name, tmp_path):
+    done = run(edited(BEAM, tmp_path, *OUTPUTS[name]), tmp_path / "results", *BEAM_H4, "--verbose")
+    assert done.digests == beam.digests
+    events = done.events
+    for column, values in beam.events.items():
+        assert np.array_equal(values, events[column]), column
+    history = done.history
+    assert history["event_count"][-1] == beam.history["event_count"][-1], (
+        "the last state is written whatever is asked for"
+    )
+    for column in ("time", "LOAD_rf2", "external_work", "released_energy", "max_utilisation", "crack_length"):
+        assert history[column][-1] == beam.history[column][-1], column
+    rows = {(t, n): f for t, n, f in zip(*(beam.history[c] for c in ("time", "event_count", "LOAD_rf2")))}
+    for t, n, f in zip(*(history[c] for c in ("time", "event_count", "LOAD_rf2"))):
+        assert rows[t, n] == f, "rows that both have are equal"
+
+
+def test_standard_input(beam, tmp_path):
+    text = edited(BEAM, tmp_path).read_text()
+    done = call("--output", tmp_path / "results", *BEAM_H4, input=text)
+    assert done.returncode == 0
+    done = Run(done, tmp_path / "results", "rfem")
+    assert done.digests == beam.digests
+    assert done.path("_events.csv").read_text() == beam.path("_events.csv").read_text()
+
+
+@pytest.mark.parametrize("deck, settings", [(BEAM, "H=8"), (BEAM, "H=4"), (ROUGH, "H=5")])
+def test_ordering(deck, settings, tmp_path):
+    """Another internal numbering adds in another order: round-off, which relaxation damps like any other error."""
+    edits = [("STOP DROP", "MAX EVENTS=1, STOP DROP")]
+    hilbert, none = (
+        run(
+            edited(deck, tmp_path / ordering, *edits, ("*PARAMETER\n", f"*JOB, ORDERING={ordering}\n*PARAMETER\n")),
+            tmp_path / ordering / "results",
+            "--set",
+            settings,
+        )
+        for ordering in ("HILBERT", "NONE")
+    )
+    before = [done.history["event_count"] == 0 for done in (hilbert, none)]
+    assert sum(before[0]) == sum(before[1]) > 2
+    monitor = "LOAD" if deck == BEAM else "PLATEN"
+    for column in (f"{monitor}_rf2", f"{monitor}_u1", "external_work", "max_utilisation", "time"):
+        assert close(none.history[column][before[1]], hilbert.history[column][before[0]], 1e-9), column
+    one, other = hilbert.events, none.events
+    for column in ("node", "element", "mode", "type", "new_nodes", "new_elements"):
+        assert one[column].tolist() == other[column].tolist(), column
+    assert close(one["direction_deg"], other["direction_deg"], 1e-9)
