@@ -141,7 +141,8 @@ contains
       real(wp), intent(in) :: counted(n_nodes)
       !> 1 where its residual is summed here, 0 on loose pieces and at contact nodes (summed after contact)
       real(wp), intent(in) :: measured(n_nodes)
-      !> factor of the velocity after the update: 1, less on loose pieces
+      !> factor of the old velocity: 1, less on pieces free to move as a whole (the residual stays whole, else contact
+      !> forces would balance a part of it only)
       real(wp), intent(in) :: keep(n_nodes)
       !> residuals of the nodes of special blocks [force]
       real(wp), intent(inout) :: rx(n_nodes), ry(n_nodes)
@@ -220,8 +221,8 @@ contains
          ! a contact node's residual is not known yet: its neighbours damp it, else equilibrium would be out of reach
          x = x - local*measured(k)*merge(sign(1.0_wp, vx(k)), 0.0_wp, abs(vx(k)) > 0)*abs(x)
          y = y - local*measured(k)*merge(sign(1.0_wp, vy(k)), 0.0_wp, abs(vy(k)) > 0)*abs(y)
-         vx(k) = keep(k)*free_x(k)*(a*vx(k) + b*inverse_mass(k)*x)
-         vy(k) = keep(k)*free_y(k)*(a*vy(k) + b*inverse_mass(k)*y)
+         vx(k) = free_x(k)*(keep(k)*a*vx(k) + b*inverse_mass(k)*x)
+         vy(k) = free_y(k)*(keep(k)*a*vy(k) + b*inverse_mass(k)*y)
          wx(k) = ux(k) + vx(k)
          wy(k) = uy(k) + vy(k)
          fx(k) = gx(k)

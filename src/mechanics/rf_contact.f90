@@ -343,6 +343,9 @@ contains
          self%cohesive_force(p) = merge(0.0_wp, self%cohesion(p)*self%area(p), self%broken(p))
          self%normal_weight(p) = self%normal(1, p)**2*sx + self%normal(2, p)**2*sy
          self%tangent_weight(p) = self%normal(2, p)**2*sx + self%normal(1, p)**2*sy
+         ! Where supports leave both nodes the same single direction, that motion opens and slides at once: one unknown
+         ! cannot bear two conditions (they would push each other up without end), and not interpenetrating comes first.
+         if (.not. (sx > 0 .and. sy > 0)) self%tangent_weight(p) = 0
       end do
    end subroutine weigh
 
