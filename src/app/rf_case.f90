@@ -40,7 +40,7 @@ contains
          call read_strengths(deck, model%material, model%failure, diagnostics)
          call model%failure%prepare(model%mesh, model%material)
          call read_no_split(deck, mesh_input, model%mesh, model%failure, diagnostics)
-         call read_steps(deck, simulation%steps)
+         call read_steps(deck, simulation%steps, diagnostics)
          call read_relaxation(deck, simulation%relaxation)
          call read_fracture(deck, simulation%fracture)
          call check_strengths(deck, model%mesh, model%material, model%failure)
@@ -67,7 +67,7 @@ contains
       end associate
       if (deck%describing() .or. simulation%model%mesh%n_elements == 0) return
       call build_topology(simulation%model%mesh, status, offenders)
-      if (status == manifold_ok) return
+      if (status == manifold_ok .or. diagnostics%n_errors > 0) return ! after errors the mesh is not the one meant
       associate (id => simulation%model%mesh%element_id)
          call diagnostics%error(new_place(deck%name(), 0), 'elements '//to_text(minval(id(offenders)))//' and '// &
                                 to_text(maxval(id(offenders)))//' overlap, or share an edge with a third one; '// &

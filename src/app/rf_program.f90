@@ -12,7 +12,7 @@ module rf_program
    use rf_output_input, only: output_requests_t
    use rf_summary, only: summarise_model, summarise_run
    use rf_clock, only: monotonic_time, date_text
-   use rf_system, only: is_terminal, make_folders, is_folder, host_name
+   use rf_system, only: is_terminal, make_folders, is_folder, path_exists, host_name
    use rf_text, only: text_t, to_text
    use rf_version, only: version, commit, compiler, flags
    implicit none
@@ -59,7 +59,8 @@ contains
       allocate (simulation)
       simulation%log%quiet = options%quiet
       call deck%read_file(options%deck, padded(options%overrides), diagnostics)
-      call read_case(deck, simulation, requests, job, diagnostics)
+      if (len(deck%full_text()) > 0 .or. diagnostics%n_errors == 0) & ! else it is not there, and that is all to be said
+         call read_case(deck, simulation, requests, job, diagnostics)
       call diagnostics%print(error_unit)
       status = diagnostics%exit_status()
       if (status /= exit_done) return
@@ -132,7 +133,7 @@ contains
       prefix = job
       if (len(options%output) > 0) then
          if (.not. is_folder(options%output)) then
-            if (.not. make_folders(options%output)) error = 'the folder '//options%output//' cannot be made'
+            if (.not. make_folders(options%output)) error = folder_problem(options%output)
          end if
          prefix = options%output//'/'//job
       end if
@@ -163,6 +164,27 @@ contains
       call summarise_run(simulation, monotonic_time() - start)
       if (allocated(simulation%message)) write (error_unit, '(a)') 'rfem: error: '//simulation%message
    end function run_simulation
+
+   !> Why a folder cannot be made.
+   function folder_problem(path) result(problem)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: problem
+      integer :: there
+      do there = len(path), 1, -1        ! the longest part of the path that is there
+         if (there < len(path)) then
+            if (path(there + 1:there + 1) /= '/') cycle
+         end if
+         if (path_exists(path(:there))) exit
+      end do
+      problem = 'the folder '//path//' cannot be made: '
+      if (there == 0) then
+         problem = problem//'the working directory cannot be written to'
+      else if (is_folder(path(:there))) then
+         problem = problem//path(:there)//' cannot be written to'
+      else
+         problem = problem//path(:there)//' is no folder'
+      end if
+   end function folder_problem
 
    subroutine fill_provenance(deck, simulation)
       type(deck_t), intent(in) :: deck

@@ -53,9 +53,9 @@ module rf_simulation
       real(wp), private :: peak = 0, peak_direction(2) = 0
    contains
       procedure :: run
-      procedure, private :: run_step, run_increment, settle, locate_first_event, probe, one_event, go_to, relax
+      procedure, private :: run_step, complete_step, run_increment, settle, locate_first_event, probe, one_event, go_to, relax
       procedure, private :: accept, record, apply_loads, watch_peak, watch_drop, stop_as_mechanism, stop_not_finite
-      procedure, private :: must_locate, recording_failed, stop_not_converged
+      procedure, private :: must_locate, recording_failed, stop_not_converged, record_not_converged
    end type simulation_t
 
 contains
@@ -95,8 +95,19 @@ contains
          call self%run_increment(real(i, wp)/self%steps(s)%n_increments)
          if (self%step_over .or. self%run_over) exit
       end do
+      if (self%step_over .and. .not. self%run_over) call self%complete_step()
       self%time_before = self%position%time
    end subroutine run_step
+
+   !> The step ended before its last increment: what is not due of its last state, but stands for its end.
+   subroutine complete_step(self)
+      class(simulation_t), intent(inout) :: self
+      character(len=:), allocatable :: error
+      logical :: row_written
+      call self%recorder%complete(self%model, self%position, row_written, error)
+      if (row_written) call self%log%row(self%model, self%position, frame_settled, self%recorder)
+      if (self%recording_failed(error)) return
+   end subroutine complete_step
 
    !> Which loads and supports a step brings: its own; the first one also those before the steps, unless it replaces them.
    pure function starts_with(self, s) result(which)
@@ -120,17 +131,22 @@ contains
       type(split_t) :: split
       logical :: usable
       real(wp) :: at_start
+      integer :: exhausted
       do
          at_start = self%model%failure%largest
+         exhausted = self%model%failure%n_exhausted
          call self%go_to(fraction, usable)
          if (.not. usable) return
          if (.not. self%must_locate(at_start)) exit
          call self%locate_first_event(fraction, at_start, usable)
          if (.not. usable) return
          call self%model%failure%plan(self%model%mesh, self%model%material, split)
-         if (split%node == 0) then        ! no admissible direction there: the node is exhausted now, look for the next
+         if (split%node == 0) then
             call self%last%restore(self%model)
-            cycle
+            if (self%model%failure%n_exhausted > exhausted) cycle        ! no admissible direction there: look for the next
+            call self%go_to(fraction, usable)  ! the load cannot be found (states above the tolerance): leave it
+            if (.not. usable) return
+            exit
          end if
          self%position%located = .true.
          call self%settle()
@@ -206,7 +222,7 @@ contains
    end subroutine relax
 
    !> The load at which the increment's first event happens: utilisation between 1 and 1 + OVERSHOOT, by false position
-   !> (Illinois) between the increment's ends. Probes start from the last equilibrium and leave nothing behind.
+   !> (Illinois; theory: eq. 36) between the increment's ends. Probes start from the last equilibrium and leave nothing behind.
    subroutine locate_first_event(self, end_fraction, at_start, usable)
       class(simulation_t), intent(inout) :: self
       real(wp), intent(in) :: end_fraction, at_start
@@ -323,12 +339,15 @@ contains
       self%before%valid = .false.
       call self%last%take(self%model)
       self%last%fraction = self%position%load_factor
+      self%model%energy%released_by_event = 0
       call self%relax(self%model%relaxation%settings%event_tolerance, usable)
-      if (.not. usable) return
-      call self%accept(at_event=.true.)
-      call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
-      call self%recorder%event(self%model, self%position, split, error)
-      if (self%recording_failed(error)) return
+      if (self%status == exit_not_written) return
+      if (usable) then
+         call self%accept(at_event=.true.)
+         call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
+      end if
+      call self%recorder%event(self%model, self%position, split, error)        ! one that ends the run is an event too
+      if (self%recording_failed(error) .or. .not. usable) return
       call self%record(frame_after_event)
    end subroutine one_event
 
@@ -381,7 +400,7 @@ contains
       self%peak_direction = force/self%peak
    end subroutine watch_peak
 
-   !> STOP DROP: the step ends when the reaction has fallen by that part of its peak.
+   !> STOP DROP: the step ends when the reaction has fallen by that part of its peak (theory: eq. 37).
    subroutine watch_drop(self)
       class(simulation_t), intent(inout) :: self
       real(wp) :: force(2), drop
@@ -399,7 +418,6 @@ contains
    subroutine stop_as_mechanism(self)
       class(simulation_t), intent(inout) :: self
       integer :: n
-      character(len=:), allocatable :: error
       do n = 1, self%model%mesh%n_nodes
          if (self%model%pieces%of_node(n) == self%model%relaxation%piece) exit
       end do
@@ -407,15 +425,13 @@ contains
                          to_text(self%model%mesh%node_id(n))//') comes to no rest at load factor '// &
                          short(self%position%load_factor)//'; the last equilibrium is kept')
       call self%last%restore(self%model)
-      call self%recorder%state_not_converged(self%model, self%position, error)
       self%run_over = .true.
-      if (self%recording_failed(error)) return
+      call self%record_not_converged()
    end subroutine stop_as_mechanism
 
    !> The iteration limit was reached far from equilibrium.
    subroutine stop_not_converged(self)
       class(simulation_t), intent(inout) :: self
-      character(len=:), allocatable :: error
       self%status = exit_failed
       self%run_over = .true.
       associate (relaxation => self%model%relaxation)
@@ -424,8 +440,17 @@ contains
                         to_text(relaxation%settings%max_iterations)//' with a residual of '//short(relaxation%residual)// &
                         '; above 100 x TOLERANCE a state is not taken unless *RELAXATION says CONTINUE=YES'
       end associate
-      call self%recorder%state_not_converged(self%model, self%position, error)
+      call self%record_not_converged()
    end subroutine stop_not_converged
+
+   !> The state with which a run ends that found no equilibrium: a row, a frame, a row of the log.
+   subroutine record_not_converged(self)
+      class(simulation_t), intent(inout) :: self
+      character(len=:), allocatable :: error
+      call self%recorder%state_not_converged(self%model, self%position, error)
+      if (self%recording_failed(error)) return
+      call self%log%row(self%model, self%position, frame_not_converged, self%recorder)
+   end subroutine record_not_converged
 
    !> A force or velocity is not finite.
    subroutine stop_not_finite(self)
@@ -433,12 +458,21 @@ contains
       integer :: node, element
       self%status = exit_failed
       self%run_over = .true.
-      node = max(1, self%model%relaxation%node)
+      node = self%model%relaxation%node
+      if (node == 0) node = most_forced_node(self%model)        ! squares overflow before their forces do
       element = self%model%mesh%element_of(node)
       self%message = 'a force is not a finite number at node '//to_text(self%model%mesh%node_id(node))//' (element '// &
                      to_text(self%model%mesh%element_id(element))//'), step '//to_text(self%position%step)//', increment '// &
                      to_text(self%position%increment)//', iteration '//to_text(self%model%relaxation%iterations)// &
                      '; the likely cause: numbers of very different size in units, stiffness or loads'
    end subroutine stop_not_finite
+
+   !> The node with the largest force on it.
+   pure integer function most_forced_node(model) result(node)
+      type(model_t), intent(in) :: model
+      associate (n => model%mesh%n_nodes, motion => model%motion)
+         node = maxloc(max(abs(motion%rx(:n)), abs(motion%ry(:n))), dim=1)
+      end associate
+   end function most_forced_node
 
 end module rf_simulation

@@ -15,6 +15,9 @@ module rf_snapshot
       !> displacements [length], (nodes)
       real(wp), allocatable :: ux(:), uy(:)
       real(wp) :: largest_scale = 0
+      !> supports [force], (2, nodes); contact impulses, (2, pairs), and their factor
+      real(wp), allocatable :: reaction(:, :), impulse(:, :)
+      real(wp) :: b = 0.5_wp
    contains
       procedure :: take, restore, interpolate
    end type snapshot_t
@@ -28,6 +31,9 @@ contains
       self%ux = model%motion%ux(:model%mesh%n_nodes)
       self%uy = model%motion%uy(:model%mesh%n_nodes)
       self%largest_scale = model%relaxation%largest_scale
+      self%reaction = model%reaction
+      self%impulse = model%contact%impulse(:, :model%contact%n_pairs)
+      self%b = model%relaxation%b
       self%valid = .true.
    end subroutine take
 
@@ -38,9 +44,14 @@ contains
       model%motion%ux(:size(self%ux)) = self%ux
       model%motion%uy(:size(self%uy)) = self%uy
       model%relaxation%largest_scale = self%largest_scale
+      model%reaction = 0        ! copies that are younger than the reactions have none
+      model%reaction(:, :size(self%reaction, 2)) = self%reaction
+      model%contact%impulse(:, :size(self%impulse, 2)) = self%impulse
+      model%relaxation%b = self%b
    end subroutine restore
 
-   !> Displacements on the line through two states, where it reaches a fraction of the step: the start of a relaxation.
+   !> Displacements on the line through two states, where it reaches a fraction of the step: the start of a relaxation
+   !> (theory: eq. 16).
    subroutine interpolate(self, other, fraction, model)
       class(snapshot_t), intent(in) :: self
       type(snapshot_t), intent(in) :: other

@@ -2,7 +2,8 @@
 module rf_step_input
    use rf_kinds, only: wp
    use rf_deck, only: deck_t, card_t, in_model, in_step
-   use rf_deck_rules, only: check_single
+   use rf_deck_rules, only: check_single, may_be_misspelt
+   use rf_diagnostics, only: diagnostics_t, place_t
    use rf_text, only: to_text
    implicit none
    private
@@ -27,10 +28,12 @@ module rf_step_input
 contains
 
    !> Read all steps.
-   subroutine read_steps(deck, steps)
+   subroutine read_steps(deck, steps, diagnostics)
       type(deck_t), intent(inout) :: deck
       !> (steps)
       type(step_t), allocatable, intent(out) :: steps(:)
+      !> errors of meaning; those of the lines come with deck%finish
+      type(diagnostics_t), intent(inout) :: diagnostics
       type(card_t) :: card
       logical, allocatable :: static(:)
       integer :: n
@@ -45,7 +48,7 @@ contains
       end do
       call read_static(deck, steps, static)
       if (deck%describing()) return
-      call report_missing(deck, static)
+      call report_missing(deck, static, diagnostics)
       steps = steps(:deck%step_count())
    end subroutine read_steps
 
@@ -96,7 +99,7 @@ contains
       type(card_t), intent(inout) :: card
       type(step_t), intent(inout) :: step
       real(wp) :: ratio
-      if (step%total_time > most_increments*step%first_increment) then
+      if (step%total_time/most_increments > step%first_increment) then
          call card%error('the step has too many increments: total/first increment may be '//to_text(nint(most_increments))// &
                          ' at most')
          return
@@ -113,13 +116,17 @@ contains
    end subroutine count_increments
 
    !> Steps that say nothing of how they are to be run.
-   subroutine report_missing(deck, static)
+   subroutine report_missing(deck, static, diagnostics)
       type(deck_t), intent(inout) :: deck
       !> (steps)
       logical, intent(in) :: static(:)
+      type(diagnostics_t), intent(inout) :: diagnostics
       type(card_t) :: card
+      type(place_t) :: nowhere
       if (deck%count_of('DYNAMIC') > 0) return ! which is an error already
       call deck%open(card, 'STEP', where=in_step)
+      if (may_be_misspelt(card, 'STATIC') .or. may_be_misspelt(card, 'STEP')) return
+      if (deck%step_count() == 0) call diagnostics%error(nowhere, 'the deck has no *STEP: it says what is to be done')
       do while (deck%next(card))
          if (.not. static(card%step)) call card%keyword_error('the step has no *STATIC')
       end do

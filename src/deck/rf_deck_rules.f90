@@ -1,10 +1,10 @@
 !> Rules that readers of several keywords share: a thing has a name of its own, a keyword stands once in a step.
 module rf_deck_rules
    use rf_deck, only: deck_t, card_t
-   use rf_text, only: text_t, add_text, did_you_mean, same_text, to_text
+   use rf_text, only: text_t, add_text, did_you_mean, nearest_word, same_text, to_text
    implicit none
    private
-   public :: name_table_t, name_length, check_single, any_failed
+   public :: name_table_t, name_length, check_single, any_failed, may_be_misspelt
 
    !> longest name of a thing [characters]
    integer, parameter :: name_length = 80
@@ -30,7 +30,7 @@ contains
          call card%keyword_error('the name of a '//noun//' can have '//to_text(name_length)//' characters, not '// &
                                  to_text(len(name)))
       else if (self%find(name) > 0 .and. len(name) > 0) then
-         call card%keyword_error('there is a '//noun//' '//name//' already')
+         call card%keyword_error(noun//' '//name//' is defined already')
       end if
       call add_text(self%name, self%n, name)
    end subroutine define
@@ -82,4 +82,23 @@ contains
          any_failed = any_failed .or. card%failed()
       end do
    end function any_failed
+
+   !> Whether the deck has a keyword that nobody has opened and that may be meant to be this one: then the error about
+   !> that line says all, and an error about a keyword missing would only confuse.
+   logical function may_be_misspelt(card, keyword)
+      !> of any keyword
+      type(card_t), intent(in) :: card
+      !> without the star
+      character(len=*), intent(in) :: keyword
+      type(text_t) :: candidate(1)
+      integer :: k
+      may_be_misspelt = .false.
+      candidate(1)%s = keyword
+      do k = 1, card%store%n_kinds
+         associate (kind => card%store%kinds(k))
+            if (kind%n_blocks == 0 .or. kind%where > 0) cycle
+            if (len(nearest_word(kind%name, candidate)) > 0) may_be_misspelt = .true.
+         end associate
+      end do
+   end function may_be_misspelt
 end module rf_deck_rules

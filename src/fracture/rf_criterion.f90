@@ -47,7 +47,7 @@ module rf_criterion
 
 contains
 
-   !> Principal stresses in the plane, compression positive, s1 >= s3 [stress].
+   !> Principal stresses in the plane, compression positive, s1 >= s3 [stress] (theory: eq. 24).
    pure subroutine principal(stress, s1, s3)
       !> xx, yy, xy, tension positive [stress]
       real(wp), intent(in) :: stress(3)
@@ -59,13 +59,13 @@ contains
       s3 = centre - radius
    end subroutine principal
 
-   !> F_t = -s3/sigma_t (theory: eq. 17).
+   !> F_t = -s3/sigma_t (theory: eq. 25).
    pure real(wp) function tension_share(s3, tensile)
       real(wp), intent(in) :: s3, tensile
       tension_share = -s3/tensile
    end function tension_share
 
-   !> F_s = ((s1 - s3)/2)/(c cos phi + sin phi (s1 + s3)/2), 0 beyond the apex of the cone (theory: eq. 18).
+   !> F_s = ((s1 - s3)/2)/(c cos phi + sin phi (s1 + s3)/2), 0 beyond the apex of the cone (theory: eq. 26).
    pure real(wp) function shear_share(s1, s3, cohesion, tan_friction)
       real(wp), intent(in) :: s1, s3, cohesion, tan_friction
       real(wp) :: cosine, bearing
@@ -76,7 +76,7 @@ contains
    end function shear_share
 
    !> Directions of failure: in tension both ways along the s1 axis, in shear the two conjugate planes at
-   !> 45 - phi/2 degrees from it, both ways.
+   !> 45 - phi/2 degrees from it, both ways (theory: eq. 30).
    subroutine directions(self, stress, tan_friction, mode, ray, n)
       class(criterion_t), intent(in) :: self
       !> xx, yy, xy, tension positive [stress]

@@ -13,7 +13,7 @@ module rf_criterion_cutoff
 
 contains
 
-   !> Utilisation and mode (theory: eq. 20). Where nothing is pressed (s1 <= 0) and both fail, tension decides.
+   !> Utilisation and mode (theory: eq. 28). Where nothing is pressed (s1 <= 0) and both fail, tension decides.
    subroutine utilisation(self, n, stress, strength, f, mode)
       class(cutoff_t), intent(in) :: self
       integer, intent(in) :: n

@@ -16,7 +16,7 @@ module rf_criterion_griffith
 
 contains
 
-   !> Utilisation and mode (theory: eq. 19).
+   !> Utilisation and mode (theory: eq. 27).
    subroutine utilisation(self, n, stress, strength, f, mode)
       class(griffith_t), intent(in) :: self
       integer, intent(in) :: n
@@ -40,7 +40,7 @@ contains
    end subroutine utilisation
 
    !> Tension -s3 at which shear fails on the border between the branches [stress]: the criterion jumps there to the
-   !> tensile strength.
+   !> tensile strength (theory: eq. 29).
    pure real(wp) function griffith_jump(cohesion, tan_friction)
       !> cohesion [stress], tangent of the friction angle [-]
       real(wp), intent(in) :: cohesion, tan_friction

@@ -178,6 +178,10 @@ contains
       type(material_t), intent(in) :: material
       type(motion_t), intent(in) :: motion
       call self%stress_of_elements(mesh, material, motion)
+      if (.not. self%settings%on) then
+         self%largest = 0
+         return
+      end if
       call spread_largest(mesh%n_elements, mesh%n_nodes, mesh%connectivity, self%element_utilisation, self%screen)
       call self%candidates(mesh, material, everywhere=.false.)
    end subroutine look

@@ -2,7 +2,7 @@
 module rf_fracture_input
    use rf_kinds, only: wp
    use rf_deck, only: deck_t, card_t, in_step
-   use rf_deck_rules, only: check_single, name_length
+   use rf_deck_rules, only: check_single, may_be_misspelt, name_length
    use rf_failure, only: failure_t, fracture_settings_t, splitting_element, splitting_none
    use rf_material, only: material_t
    use rf_mesh, only: mesh_t
@@ -89,6 +89,7 @@ contains
       if (deck%describing()) return
       call deck%open(card, 'FRACTURE', where=in_step)
       if (.not. deck%next(card)) return
+      if (may_be_misspelt(card, 'STRENGTH')) return
       call count_without_strength(mesh, material, failure, first, n)
       do m = 1, size(n)
          if (n(m) == 0 .or. len_trim(material%name(m)) == 0) cycle

@@ -1,5 +1,5 @@
 !> From a failed node to a split: which of the possible directions, through which element, of which type (Qiu & Ding
-!> 2007, section 2.3, figs. 2 to 6). Decides only; rf_splitting carries it out.
+!> 2007, section 2.3, figs. 2 to 6; theory: eqs. 34 and 35). Decides only; rf_splitting carries it out.
 module rf_ray
    use rf_kinds, only: wp, i1, degree
    use rf_mesh, only: mesh_t

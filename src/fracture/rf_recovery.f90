@@ -2,7 +2,7 @@
 !> patch crosses neither cracks nor material borders. The area mean over the fan alone would be first order and
 !> biased at a boundary; it serves where the patch is too small to fit, and at the tip of a crack: there the field is
 !> singular and the crack itself lies in the patch, so that a plane through both flanks and what is ahead falls below the
-!> stress of the nodes beyond, and a second crack would run beside the first (theory: section 6).
+!> stress of the nodes beyond, and a second crack would run beside the first (theory: section 6, eqs. 31 to 33).
 module rf_recovery
    use rf_kinds, only: wp
    use rf_grow, only: grow

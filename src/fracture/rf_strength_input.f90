@@ -78,16 +78,29 @@ contains
       call card%field_real('phi', angle, at_least=0.0_wp, below=90.0_wp, unit='degrees', about='angle of internal friction')
       strength%tan_friction = tan(angle*pi/180)
       if (card%line_failed) return
-      if (strength%tensile*strength%tan_friction > strength%cohesion*(1 + epsilon(1.0_wp))) &
+      if (above_apex(strength)) &
          call card%error('sigma_t must be at most c/tan phi = '//rounded(strength%cohesion/strength%tan_friction)// &
                          ', the tip of the Mohr-Coulomb cone')
    end subroutine read_values
+
+   !> Whether the tensile strength is more than c/tan phi (by more than rounding), told without a division by 0.
+   pure logical function above_apex(strength)
+      type(strength_t), intent(in) :: strength
+      real(wp), parameter :: margin = 1 + 4*epsilon(1.0_wp)
+      if (strength%tan_friction > 1) then
+         above_apex = strength%tensile > strength%cohesion/strength%tan_friction*margin
+      else
+         above_apex = strength%tensile*strength%tan_friction/margin > strength%cohesion
+      end if
+   end function above_apex
 
    !> A computed number as text.
    pure function rounded(value) result(text)
       real(wp), intent(in) :: value
       character(len=:), allocatable :: text
       real(wp) :: unit
+      text = to_text(value)
+      if (abs(log10(value)) > 0.9_wp*range(value)) return ! its last digits may be beyond the range of numbers
       unit = 10.0_wp**(floor(log10(value)) + 1 - shown_digits)
       text = to_text(anint(value/unit)*unit)
    end function rounded

@@ -14,37 +14,37 @@ module rf_contact_k
 
 contains
 
-   !> Impulses that keep all pairs from interpenetrating and within Coulomb friction (theory: eqs. 12 to 14), applied
+   !> Impulses that keep all pairs from interpenetrating and within Coulomb friction (theory: eqs. 17 to 22), applied
    !> to velocities and new displacements; residuals of the contact nodes with the contact forces in.
    subroutine contact_step(n_groups, group_pair, group_node, node, pair_node, normal, normal_weight, tangent_weight, &
                            friction, cohesion, slip_reference, tolerance, b, counted, inverse_mass, free_x, free_y, &
                            ux, uy, wx, wy, vx, vy, rx, ry, impulse, force, partial)
       integer, intent(in) :: n_groups
       !> first pair and first contact node of each group, (groups + 1)
-      integer, intent(in) :: group_pair(:), group_node(:)
+      integer, intent(in), contiguous :: group_pair(:), group_node(:)
       !> node of each contact node; contact nodes a and b of each pair, (2, pairs)
-      integer, intent(in) :: node(:), pair_node(:, :)
+      integer, intent(in), contiguous :: node(:), pair_node(:, :)
       !> unit normal from a to b, (2, pairs)
-      real(wp), intent(in) :: normal(:, :)
+      real(wp), intent(in), contiguous :: normal(:, :)
       !> n.(1/m_a + 1/m_b).n and the same for the tangent; 0 where both sides are held
-      real(wp), intent(in) :: normal_weight(:), tangent_weight(:)
+      real(wp), intent(in), contiguous :: normal_weight(:), tangent_weight(:)
       !> coefficient of friction [-], cohesive force [force], slip at which the friction force is zero-based [length]
-      real(wp), intent(in) :: friction(:), cohesion(:), slip_reference(:)
+      real(wp), intent(in), contiguous :: friction(:), cohesion(:), slip_reference(:)
       !> largest change of an impulse in the last sweep, relative to the group's largest impulse
       real(wp), intent(in) :: tolerance
       !> factor of r/m in the velocity update: a force F is the impulse b F
       real(wp), intent(in) :: b
       !> per node: see relaxation_step
-      real(wp), intent(in) :: counted(:), inverse_mass(:), free_x(:), free_y(:), ux(:), uy(:)
-      real(wp), intent(inout) :: wx(:), wy(:), vx(:), vy(:)
+      real(wp), intent(in), contiguous :: counted(:), inverse_mass(:), free_x(:), free_y(:), ux(:), uy(:)
+      real(wp), intent(inout), contiguous :: wx(:), wy(:), vx(:), vy(:)
       !> residuals without contact [force], (nodes)
-      real(wp), intent(in) :: rx(:), ry(:)
+      real(wp), intent(in), contiguous :: rx(:), ry(:)
       !> normal and tangential impulse of each pair, (2, pairs)
-      real(wp), intent(inout) :: impulse(:, :)
+      real(wp), intent(inout), contiguous :: impulse(:, :)
       !> contact force on each contact node [force], (2, contact nodes)
-      real(wp), intent(inout) :: force(:, :)
+      real(wp), intent(inout), contiguous :: force(:, :)
       !> |r|^2 over free and over supported directions of each group, (2, groups)
-      real(wp), intent(inout) :: partial(:, :)
+      real(wp), intent(inout), contiguous :: partial(:, :)
       integer :: g
 
       !$omp parallel do default(none) schedule(static) if (n_groups >= groups_for_threads) &
@@ -66,10 +66,11 @@ contains
                           slip_reference, tolerance, b, inverse_mass, free_x, free_y, ux, uy, vx, vy, impulse)
       !> pairs of the group
       integer, intent(in) :: first, last
-      integer, intent(in) :: node(:), pair_node(:, :)
-      real(wp), intent(in) :: normal(:, :), normal_weight(:), tangent_weight(:), friction(:), cohesion(:)
-      real(wp), intent(in) :: slip_reference(:), tolerance, b, inverse_mass(:), free_x(:), free_y(:), ux(:), uy(:)
-      real(wp), intent(inout) :: vx(:), vy(:), impulse(:, :)
+      !> see contact_step; without descriptors, which cost as much as the sweep of a lone pair
+      integer, intent(in) :: node(*), pair_node(2, *)
+      real(wp), intent(in) :: normal(2, *), normal_weight(*), tangent_weight(*), friction(*), cohesion(*)
+      real(wp), intent(in) :: slip_reference(*), tolerance, b, inverse_mass(*), free_x(*), free_y(*), ux(*), uy(*)
+      real(wp), intent(inout) :: vx(*), vy(*), impulse(2, *)
       real(wp) :: change, largest, now, before, cap, nx, ny, x, y
       integer :: sweep, p, i, j
       impulse(:, first:last) = 0
@@ -104,10 +105,17 @@ contains
                change = max(change, abs(now - before))
             end if
          end do
-         if (change <= tolerance*largest) exit
+         if (change <= tolerance*largest .or. is_exact()) exit
       end do
 
    contains
+
+      !> One sweep solves a lone pair whose nodes are equally free in both directions: its tangential impulse leaves the
+      !> normal one as it is.
+      logical function is_exact()
+         is_exact = first == last
+         if (is_exact) is_exact = abs(free_x(i) - free_y(i)) + abs(free_x(j) - free_y(j)) <= 0
+      end function is_exact
 
       !> An impulse on b, its opposite on a.
       subroutine push(a_side, b_side, jx, jy)
@@ -124,10 +132,10 @@ contains
    !> Contact forces of a group's nodes, their new displacements and residuals.
    subroutine add_forces(first, last, first_node, last_node, node, pair_node, normal, b, counted, free_x, free_y, &
                          ux, uy, wx, wy, vx, vy, rx, ry, impulse, force, sums)
-      integer, intent(in) :: first, last, first_node, last_node, node(:), pair_node(:, :)
-      real(wp), intent(in) :: normal(:, :), b, counted(:), free_x(:), free_y(:), ux(:), uy(:), vx(:), vy(:), rx(:), ry(:)
-      real(wp), intent(in) :: impulse(:, :)
-      real(wp), intent(inout) :: wx(:), wy(:), force(:, :)
+      integer, intent(in) :: first, last, first_node, last_node, node(*), pair_node(2, *)
+      real(wp), intent(in) :: normal(2, *), b, counted(*), free_x(*), free_y(*), ux(*), uy(*), vx(*), vy(*), rx(*), ry(*)
+      real(wp), intent(in) :: impulse(2, *)
+      real(wp), intent(inout) :: wx(*), wy(*), force(2, *)
       real(wp), intent(out) :: sums(2)
       real(wp) :: f(2), x, y
       integer :: p, c, i

@@ -1,16 +1,20 @@
 !> The relaxation step over node rows: internal forces, damped update and all sums that damping and convergence need,
-!> in one pass over blocks of nodes. Rows are stored per block as jagged diagonals: the d-th neighbours of all nodes
-!> of the block one after another, nodes sorted by falling valence, so that the inner loop is long and has no branch.
-!> Every sum has a fixed order: inside a block, then over the blocks; the number of threads does not show.
+!> in one pass over blocks of nodes. The rows of a block are sorted by falling valence and cut into slices of `lanes`
+!> rows; a slice stores the first neighbours of all its rows, then the second ones, and so on, shorter rows filled up
+!> with entries of no stiffness (sliced ELLPACK, Kreutzer et al. 2014). The sums of a slice stay in vector registers.
+!> Every sum has a fixed order: along a row, then inside a block, then over the blocks; the number of threads does not
+!> show.
 module rf_step_k
    use rf_kinds, only: wp
    implicit none
    private
    public :: relaxation_step, internal_forces
-   public :: block_size, n_sums, sum_curvature, sum_kinetic, sum_residual, sum_reaction
+   public :: block_size, lanes, slices, n_sums, sum_curvature, sum_kinetic, sum_residual, sum_reaction
 
    !> nodes in a block: their forces stay in the first-level cache
    integer, parameter :: block_size = 512
+   !> rows in a slice: the numbers that one vector register holds; slices in a block
+   integer, parameter :: lanes = 8, slices = block_size/lanes
    !> partial sums of a block: v.(f - f_old), v.m v, |r|^2 over free and |r|^2 over supported directions
    integer, parameter :: sum_curvature = 1, sum_kinetic = 2, sum_residual = 3, sum_reaction = 4, n_sums = 4
    !> blocks below which a second thread costs more than it brings
@@ -18,85 +22,106 @@ module rf_step_k
 
 contains
 
-   !> Forces of one block's nodes, f_i = sum_j K_ij (u_j - u_i) (theory: eq. 4).
-   subroutine block_forces(n, depth, jag, order, column, kxx, kxy, kyx, kyy, ux, uy, fx, fy)
-      !> nodes of the block, largest number of neighbours
-      integer, intent(in) :: n, depth
-      !> first entry of each diagonal, (depth + 1)
-      integer, intent(in) :: jag(*)
-      !> node of each slot of the jagged storage, (n)
-      integer, intent(in) :: order(n)
+   !> Forces of one block's nodes, f_i = sum_j K_ij (u_j - u_i) (theory: eq. 5).
+   subroutine block_forces(n_slices, slice, order, column, kxx, kxy, kyx, kyy, ux, uy, fx, fy)
+      !> slices of the block
+      integer, intent(in) :: n_slices
+      !> first entry of each slice, (slices + 1)
+      integer, intent(in) :: slice(*)
+      !> node of each row
+      integer, intent(in) :: order(lanes, *)
       !> neighbour of each entry
-      integer, intent(in) :: column(*)
+      integer, intent(in) :: column(lanes, *)
       !> stiffness of each entry [force/length]
-      real(wp), intent(in) :: kxx(*), kxy(*), kyx(*), kyy(*)
+      real(wp), intent(in) :: kxx(lanes, *), kxy(lanes, *), kyx(lanes, *), kyy(lanes, *)
       !> displacements of all nodes [length]
       real(wp), intent(in) :: ux(*), uy(*)
-      !> forces of the slots [force], (n)
-      real(wp), intent(out) :: fx(block_size), fy(block_size)
-      real(wp) :: ox(block_size), oy(block_size), dx, dy
-      integer :: d, k, p, offset
-      do k = 1, n
-         ox(k) = ux(order(k))
-         oy(k) = uy(order(k))
-      end do
-      fx(:n) = 0
-      fy(:n) = 0
-      do d = 1, depth
-         offset = jag(d) - 1
-         !$omp simd private(p, dx, dy)
-         do k = 1, jag(d + 1) - jag(d)
-            p = offset + k
-            dx = ux(column(p)) - ox(k)
-            dy = uy(column(p)) - oy(k)
-            fx(k) = fx(k) + (kxx(p)*dx + kxy(p)*dy)
-            fy(k) = fy(k) + (kyx(p)*dx + kyy(p)*dy)
+      !> forces of the rows [force]
+      real(wp), intent(out) :: fx(lanes, slices), fy(lanes, slices)
+      real(wp) :: own_x(lanes), own_y(lanes), sum_x(lanes), sum_y(lanes), dx, dy
+      integer :: s, p, l
+      do s = 1, n_slices
+         do l = 1, lanes
+            own_x(l) = ux(order(l, s))
+            own_y(l) = uy(order(l, s))
          end do
+         sum_x = 0
+         sum_y = 0
+         do p = slice(s), slice(s + 1) - 1
+            !$omp simd private(dx, dy)
+            do l = 1, lanes
+               dx = ux(column(l, p)) - own_x(l)
+               dy = uy(column(l, p)) - own_y(l)
+               sum_x(l) = sum_x(l) + (kxx(l, p)*dx + kxy(l, p)*dy)
+               sum_y(l) = sum_y(l) + (kyx(l, p)*dx + kyy(l, p)*dy)
+            end do
+         end do
+         fx(:, s) = sum_x
+         fy(:, s) = sum_y
       end do
    end subroutine block_forces
 
+   !> Forces of one block's nodes in the order of the nodes.
+   subroutine forces_in_order(n, base, slice, order, column, kxx, kxy, kyx, kyy, ux, uy, fx, fy)
+      !> nodes of the block, the first of them
+      integer, intent(in) :: n, base
+      !> see block_forces
+      integer, intent(in) :: slice(:), order(block_size)
+      integer, intent(in), contiguous :: column(:, :)
+      real(wp), intent(in), contiguous :: kxx(:, :), kxy(:, :), kyx(:, :), kyy(:, :)
+      real(wp), intent(in) :: ux(*), uy(*)
+      real(wp), intent(out) :: fx(block_size), fy(block_size)
+      real(wp) :: gx(block_size), gy(block_size)
+      integer :: k
+      call block_forces((n - 1)/lanes + 1, slice, order, column, kxx, kxy, kyx, kyy, ux, uy, gx, gy)
+      do k = 1, n
+         fx(order(k) - base + 1) = gx(k)
+         fy(order(k) - base + 1) = gy(k)
+      end do
+   end subroutine forces_in_order
+
    !> Internal forces of all nodes.
-   subroutine internal_forces(n_blocks, first, count, depth, jag, order, column, kxx, kxy, kyx, kyy, ux, uy, fx, fy)
+   subroutine internal_forces(n_blocks, first, count, slice, order, column, kxx, kxy, kyx, kyy, ux, uy, fx, fy)
       integer, intent(in) :: n_blocks
-      !> first node, number of nodes and depth of each block
-      integer, intent(in) :: first(:), count(:), depth(:)
-      !> first entry of each diagonal of each block, (depth + 1, block)
-      integer, intent(in) :: jag(:, :)
-      !> node of each slot; neighbour of each entry
-      integer, intent(in) :: order(:), column(:)
-      real(wp), intent(in) :: kxx(:), kxy(:), kyx(:), kyy(:)
-      real(wp), intent(in) :: ux(:), uy(:)
+      !> first node and number of nodes of each block
+      integer, intent(in) :: first(:), count(:)
+      !> first entry of each slice of each block, (slices + 1, block)
+      integer, intent(in), contiguous :: slice(:, :)
+      !> node of each row, (block_size, block); neighbour of each entry, (lanes, entry)
+      integer, intent(in), contiguous :: order(:, :), column(:, :)
+      !> stiffness of each entry [force/length], (lanes, entry)
+      real(wp), intent(in), contiguous :: kxx(:, :), kxy(:, :), kyx(:, :), kyy(:, :)
+      real(wp), intent(in), contiguous :: ux(:), uy(:)
       !> forces [force], (nodes)
       real(wp), intent(inout) :: fx(:), fy(:)
       real(wp) :: gx(block_size), gy(block_size)
-      integer :: b, k, i, base
+      integer :: b, base, n
       !$omp parallel do default(none) schedule(static) if (n_blocks >= blocks_for_threads) &
-      !$omp    shared(n_blocks, first, count, depth, jag, order, column, kxx, kxy, kyx, kyy, ux, uy, fx, fy) &
-      !$omp    private(b, k, i, base, gx, gy)
+      !$omp    shared(n_blocks, first, count, slice, order, column, kxx, kxy, kyx, kyy, ux, uy, fx, fy) &
+      !$omp    private(b, base, n, gx, gy)
       do b = 1, n_blocks
          base = first(b)
-         call block_forces(count(b), depth(b), jag(:, b), order(base:base + count(b) - 1), column, kxx, kxy, kyx, kyy, &
-                           ux, uy, gx, gy)
-         do k = 1, count(b)
-            i = order(base + k - 1)
-            fx(i) = gx(k)
-            fy(i) = gy(k)
-         end do
+         n = count(b)
+         call forces_in_order(n, base, slice(:, b), order(:, b), column, kxx, kxy, kyx, kyy, ux, uy, gx, gy)
+         fx(base:base + n - 1) = gx(:n)
+         fy(base:base + n - 1) = gy(:n)
       end do
       !$omp end parallel do
    end subroutine internal_forces
 
-   !> One relaxation step of all nodes: v <- a v + b r/m, new u = u + v, r = p - f (theory: eq. 8).
+   !> One relaxation step of all nodes: v <- a v + b r/m, new u = u + v, r = p - f (theory: eqs. 7 to 9).
    !> Blocks flagged as special hold supports, contact nodes or loose pieces, or damp locally; the others run the plain update.
-   subroutine relaxation_step(n_nodes, n_blocks, first, count, depth, special, jag, order, column, kxx, kxy, kyx, kyy, &
+   subroutine relaxation_step(n_nodes, n_blocks, first, count, special, slice, order, column, kxx, kxy, kyx, kyy, &
                               a, b, local, ux, uy, wx, wy, vx, vy, fx, fy, px, py, inverse_mass, &
                               free_x, free_y, counted, measured, keep, rx, ry, partial)
       integer, intent(in) :: n_nodes, n_blocks
-      integer, intent(in) :: first(:), count(:), depth(:)
+      !> first node and number of nodes of each block
+      integer, intent(in) :: first(:), count(:)
       !> the block needs the general update
       logical, intent(in) :: special(:)
-      integer, intent(in) :: jag(:, :), order(:), column(:)
-      real(wp), intent(in) :: kxx(:), kxy(:), kyx(:), kyy(:)
+      !> see internal_forces
+      integer, intent(in), contiguous :: slice(:, :), order(:, :), column(:, :)
+      real(wp), intent(in), contiguous :: kxx(:, :), kxy(:, :), kyx(:, :), kyy(:, :)
       !> factors of velocity and of residual in the update [-], local damping [-]
       real(wp), intent(in) :: a, b, local
       !> displacements now and after the step [length]
@@ -122,21 +147,17 @@ contains
       real(wp), intent(inout) :: rx(n_nodes), ry(n_nodes)
       !> sums of each block, (n_sums, block)
       real(wp), intent(out) :: partial(:, :)
-      real(wp) :: gx(block_size), gy(block_size), hx(block_size), hy(block_size)
-      integer :: k, base, n, j
+      real(wp) :: gx(block_size), gy(block_size)
+      integer :: base, n, j
 
       !$omp parallel do default(none) schedule(static) if (n_blocks >= blocks_for_threads) &
-      !$omp    shared(n_blocks, first, count, depth, special, jag, order, column, kxx, kxy, kyx, kyy, ux, uy, wx, wy, &
+      !$omp    shared(n_blocks, first, count, special, slice, order, column, kxx, kxy, kyx, kyy, ux, uy, wx, wy, &
       !$omp           vx, vy, fx, fy, px, py, inverse_mass, free_x, free_y, counted, measured, keep, rx, ry, partial, &
-      !$omp           a, b, local) private(j, k, base, n, gx, gy, hx, hy)
+      !$omp           a, b, local) private(j, base, n, gx, gy)
       do j = 1, n_blocks
          base = first(j)
          n = count(j)
-         call block_forces(n, depth(j), jag(:, j), order(base:base + n - 1), column, kxx, kxy, kyx, kyy, ux, uy, hx, hy)
-         do k = 1, n
-            gx(order(base + k - 1) - base + 1) = hx(k)
-            gy(order(base + k - 1) - base + 1) = hy(k)
-         end do
+         call forces_in_order(n, base, slice(:, j), order(:, j), column, kxx, kxy, kyx, kyy, ux, uy, gx, gy)
          if (special(j)) then
             call general_update(n, a, b, local, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
                                 fx(base), fy(base), px(base), py(base), inverse_mass(base), free_x(base), free_y(base), &

@@ -10,7 +10,7 @@ module rf_stress_k
 
 contains
 
-   !> Stresses xx, yy, xy of constant strain triangles, tension positive (theory: eqs. 1 and 2).
+   !> Stresses xx, yy, xy of constant strain triangles, tension positive (theory: eqs. 1 to 3).
    subroutine element_stresses(n, connectivity, x, ux, uy, section, direct, lateral, shear, factor, stress)
       !> elements
       integer, intent(in) :: n

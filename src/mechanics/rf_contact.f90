@@ -391,7 +391,7 @@ contains
    end function traction
 
    !> A converged state is accepted: slipping and open pairs measure friction from here on, and have lost their
-   !> cohesion. Returns the work done against friction since the last one: traction at the end times slip.
+   !> cohesion (theory: eq. 23). Returns the work done against friction since the last one: traction at the end times slip.
    subroutine settle(self, motion, b, friction_work)
       class(contact_t), intent(inout) :: self
       type(motion_t), intent(in) :: motion

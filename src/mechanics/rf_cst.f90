@@ -1,4 +1,4 @@
-!> The constant strain triangle: gradients of the shape functions, strain, stress, stiffness (theory: eqs. 1 to 3).
+!> The constant strain triangle: gradients of the shape functions, strain, stress, stiffness (theory: eqs. 1 to 5).
 !> Small strains; nodes counter-clockwise; stresses tension-positive in the order xx, yy, xy.
 module rf_cst
    use rf_kinds, only: wp

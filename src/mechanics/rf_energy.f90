@@ -1,4 +1,4 @@
-!> The energy ledger (Qiu & Ding 2007, section 2.5; theory: section 9): work of loads and reactions by trapezoid between
+!> The energy ledger (Qiu & Ding 2007, section 2.5; theory: eqs. 39 to 41): work of loads and reactions by trapezoid between
 !> accepted equilibria, against what it became. Energy is released at events only, so that the error is a real check.
 module rf_energy
    use rf_kinds, only: wp

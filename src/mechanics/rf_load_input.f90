@@ -31,10 +31,11 @@ module rf_load_input
       logical, allocatable :: replaced(:, :)
       !> the note about the direction out of the plane, or about gravity in it, has been given
       logical :: noted_dof = .false., noted_component = .false.
-      !> of the present block
+      !> of the present block: its amplitude; it says OP=NEW
       integer :: amplitude = 0
+      logical :: is_new = .false.
    contains
-      procedure :: begin_block, add, sorted
+      procedure :: begin_block, has_line, add, sorted
    end type reading_t
 
 contains
@@ -76,12 +77,26 @@ contains
       character(len=:), allocatable :: operation, curve
       call card%get_word('OP', operation, allowed='MOD NEW', default='MOD', about='MOD: replaces the same set and dof, the '// &
                          'rest keeps its last value; NEW: the rest is dropped and falls linearly to zero over the step')
-      if (operation == 'NEW') self%replaced(kinds, card%step) = .true.
+      self%is_new = operation == 'NEW'
+      if (self%is_new) self%replaced(kinds, card%step) = .true.
       call card%get_name('AMPLITUDE', curve, default='', about='curve that the value is multiplied by; without it the value '// &
                          'goes linearly from where the last step left it')
       self%amplitude = self%curves%find(curve)
       if (self%amplitude == 0 .and. len(curve) > 0) call card%keyword_error(self%curves%unknown('amplitude', curve))
    end subroutine begin_block
+
+   !> Go to the first data line. A block with OP=NEW may have none: then it only drops what there was.
+   logical function has_line(self, card, fields)
+      class(reading_t), intent(in) :: self
+      type(card_t), intent(inout) :: card
+      !> the fields of a line
+      character(len=*), intent(in) :: fields
+      if (self%is_new) then
+         has_line = card%line()
+      else
+         has_line = card%needs_line(fields)
+      end if
+   end function has_line
 
    !> Keep a definition of the present line.
    subroutine add(self, card, definition)
@@ -147,6 +162,7 @@ contains
                      'value is 0 and there is no parameter')
       do while (deck%next(card))
          reading%amplitude = 0
+         reading%is_new = .false.
          if (card%step == 0) then
             if (card%given('OP')) call card%keyword_error('OP belongs to a *BOUNDARY in a step')
             if (card%given('AMPLITUDE')) call card%keyword_error('AMPLITUDE belongs to a *BOUNDARY in a step')
@@ -155,7 +171,7 @@ contains
          end if
          call card%get_word('TYPE', kind, allowed='DISPLACEMENT', default='DISPLACEMENT', later='VELOCITY', &
                             about='what the value is')
-         if (.not. card%needs_line('node or set, first dof, last dof, value')) cycle
+         if (.not. reading%has_line(card, 'node or set, first dof, last dof, value')) cycle
          do
             call read_support_line(card, mesh_input, reading)
             if (.not. card%line()) exit
@@ -202,7 +218,7 @@ contains
       call deck%open(card, 'CLOAD', where=in_step, about='forces on nodes')
       do while (deck%next(card))
          call reading%begin_block(card, [load_force])
-         if (.not. card%needs_line('node or set, dof, value')) cycle
+         if (.not. reading%has_line(card, 'node or set, dof, value')) cycle
          do
             definition = load_definition_t(kind=load_force)
             call read_target(card, mesh_input%nodes, definition, 'id of a node, or a set of nodes')
@@ -233,7 +249,7 @@ contains
       call deck%open(card, 'DLOAD', where=in_step, about='pressure on faces of elements, and gravity')
       do while (deck%next(card))
          call reading%begin_block(card, [load_element_face, load_gravity])
-         if (.not. card%needs_line('element or set, P1 or P2 or P3 or GRAV, value')) cycle
+         if (.not. reading%has_line(card, 'element or set, P1 or P2 or P3 or GRAV, value')) cycle
          do
             definition = load_definition_t()
             call card%form('for pressure')
@@ -321,10 +337,11 @@ contains
       end if
       call card%field_skip('nz')
       if (card%line_failed .or. card%describing()) return
-      if (.not. norm2(direction) > 0) then
+      if (.not. maxval(abs(direction)) > 0) then
          call card%error('gravity needs a direction in the plane: nx and ny are both 0')
          return
       end if
+      direction = direction/maxval(abs(direction)) ! so that squares can neither vanish nor overflow
       m = material_without_density(definition, mesh, material)
       if (m > 0) call card%error('gravity needs the density of material '//trim(material%name(m))//': *DENSITY is missing')
       do i = 1, 2
@@ -366,7 +383,7 @@ contains
          call reading%begin_block(card, [load_edges])
          call card%get_word('FOLLOW', follow, allowed='NO', default='NO', later='YES', &
                             about='faces that come by breaking carry none')
-         if (.not. card%needs_line('node set, pressure')) cycle
+         if (.not. reading%has_line(card, 'node set, pressure')) cycle
          do
             definition = load_definition_t(kind=load_edges)
             call card%field_name('node set', name, about='set of nodes')

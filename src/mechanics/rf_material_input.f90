@@ -4,7 +4,7 @@ module rf_material_input
    use rf_kinds, only: wp
    use rf_cst, only: elasticity
    use rf_deck, only: deck_t, card_t, in_model
-   use rf_deck_rules, only: name_table_t
+   use rf_deck_rules, only: name_table_t, may_be_misspelt
    use rf_diagnostics, only: diagnostics_t, place_t
    use rf_material, only: material_t, section_t
    use rf_mesh, only: mesh_t
@@ -14,6 +14,9 @@ module rf_material_input
    implicit none
    private
    public :: read_materials, material_of
+
+   !> Young's modulus with which the plane constants stay within the range of numbers for any Poisson's ratio [stress]
+   real(wp), parameter :: largest_modulus = 1.0e280_wp
 
    !> a material as the deck gives it
    type :: draft_t
@@ -41,15 +44,11 @@ contains
       type(diagnostics_t), intent(inout) :: diagnostics
       type(name_table_t) :: names
       type(draft_t), allocatable :: draft(:)
-      integer :: m
       call read_names(deck, names, draft)
-      call read_elastic(deck, draft)
+      call read_elastic(deck, names, draft, diagnostics)
       call read_density(deck, draft)
       call read_friction(deck, draft)
       call read_heterogeneity(deck, draft)
-      do m = 1, names%n
-         if (.not. draft(m)%elastic) call diagnostics%error(draft(m)%place, 'material '//names%name(m)%s//' has no *ELASTIC')
-      end do
       call list_names(names, size(draft), material)
       if (.not. deck%describing()) mesh%section(:mesh%n_elements) = 0
       call read_sections(deck, mesh_input, names, draft, mesh, material, diagnostics)
@@ -92,10 +91,14 @@ contains
       seen = .true.
    end subroutine refuse_second
 
-   subroutine read_elastic(deck, draft)
+   !> `*ELASTIC`, which every material needs.
+   subroutine read_elastic(deck, names, draft, diagnostics)
       type(deck_t), intent(inout) :: deck
+      type(name_table_t), intent(in) :: names
       type(draft_t), intent(inout) :: draft(:)
+      type(diagnostics_t), intent(inout) :: diagnostics
       type(card_t) :: card
+      integer :: m
       call deck%open(card, 'ELASTIC', where=in_model, about='isotropic linear elasticity')
       do while (deck%next(card))
          associate (this => draft(material_of(deck, card, size(draft))))
@@ -103,7 +106,14 @@ contains
             if (.not. card%needs_line('E, nu')) cycle
             call card%field_real('E', this%section%young, above=0.0_wp, unit='stress', about='Young''s modulus')
             call card%field_real('nu', this%section%poisson, above=-1.0_wp, below=0.5_wp, about='Poisson''s ratio')
+            if (this%section%young < largest_modulus) cycle
+            call card%error('E is too large to be computed with')
+            this%section%young = 1
          end associate
+      end do
+      if (deck%describing() .or. may_be_misspelt(card, 'ELASTIC')) return
+      do m = 1, names%n
+         if (.not. draft(m)%elastic) call diagnostics%error(draft(m)%place, 'material '//names%name(m)%s//' has no *ELASTIC')
       end do
    end subroutine read_elastic
 
@@ -238,6 +248,7 @@ contains
          section = with_thickness(draft(m)%section, m, section%thickness)
          call assign_section(mesh_input, set, section, mesh, material, card%keyword_place(), diagnostics)
       end do
+      failed = failed .or. may_be_misspelt(card, 'SOLID SECTION')
       if (.not. deck%describing()) call complete_sections(mesh, material, failed, diagnostics)
    end subroutine read_sections
 
@@ -281,7 +292,7 @@ contains
          again(e) = mesh%section(e) > 0
          mesh%section(e) = number(state)
       end do
-      if (any(again)) call diagnostics%warning(place, listed(mesh, again, 'had a section before')//'; this one holds')
+      if (any(again)) call diagnostics%warning(place, listed(mesh, again)//' had a section before; this one holds')
    end subroutine assign_section
 
    subroutine add_section(material, section, plane_strain)
@@ -299,19 +310,18 @@ contains
       call move_alloc(larger, material%section)
    end subroutine add_section
 
-   !> '3 elements (the first is 17) TEXT'
-   function listed(mesh, which, text) result(list)
+   !> 'element 17', '3 elements (the first is 17)'
+   function listed(mesh, which) result(list)
       type(mesh_t), intent(in) :: mesh
       !> (elements), at least one
       logical, intent(in) :: which(:)
-      character(len=*), intent(in) :: text
       character(len=:), allocatable :: list
       integer :: first
       first = mesh%element_id(minloc(mesh%element_rank(:mesh%n_elements), dim=1, mask=which))
       if (count(which) == 1) then
-         list = 'element '//to_text(first)//' '//text
+         list = 'element '//to_text(first)
       else
-         list = to_text(count(which))//' elements (the first is '//to_text(first)//') '//text
+         list = to_text(count(which))//' elements (the first is '//to_text(first)//')'
       end if
    end function listed
 
@@ -331,7 +341,7 @@ contains
          if (size(material%section) == 0) then
             call diagnostics%error(nowhere, 'the deck has no *SOLID SECTION: it says what the elements are made of')
          else
-            call diagnostics%error(nowhere, listed(mesh, missing, 'in no *SOLID SECTION'))
+            call diagnostics%error(nowhere, 'no *SOLID SECTION for '//listed(mesh, missing))
          end if
       end if
       if (size(material%section) == 0) then

@@ -1,5 +1,5 @@
 !> Explicit dynamic relaxation to equilibrium (Qiu & Ding 2007, eqs. 4 to 6): central differences with fictitious mass,
-!> no global stiffness matrix. docs/timestep.md walks through one step.
+!> no global stiffness matrix (theory: section 3). docs/timestep.md walks through one step.
 module rf_relaxation
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use rf_kinds, only: wp, i8
@@ -28,7 +28,7 @@ module rf_relaxation
    real(wp), parameter :: rough_factor = 100.0_wp
    !> largest damping coefficient [-]
    real(wp), parameter :: largest_damping = 1.9_wp
-   !> velocity that loose pieces keep in a step
+   !> velocity that loose pieces keep in a step (theory: eq. 14)
    real(wp), parameter :: loose_keep = 0.8_wp
    !> part of the largest scale of any converged state that the scale never falls below
    real(wp), parameter :: scale_memory = 0.02_wp
@@ -82,7 +82,7 @@ module rf_relaxation
 
 contains
 
-   !> Relax to equilibrium at the present loads, starting from the present displacements at rest.
+   !> Relax to equilibrium at the present loads, starting from the present displacements at rest (theory: eqs. 7 to 13).
    subroutine equilibrate(self, mesh, rows, contact, loads, pieces, motion, tolerance)
       class(relaxation_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
@@ -165,7 +165,7 @@ contains
          b = merge(0.25_wp, 0.5_wp, self%settings%damping == damping_local)
       end if
       self%b = b
-      call relaxation_step(mesh%n_nodes, rows%n_blocks, rows%first, rows%count, rows%depth, self%special, rows%jag, &
+      call relaxation_step(mesh%n_nodes, rows%n_blocks, rows%first, rows%count, self%special, rows%slice, &
                            rows%order, rows%column, rows%kxx, rows%kxy, rows%kyx, rows%kyy, a, b, local, &
                            motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, motion%fx, motion%fy, &
                            loads%px, loads%py, rows%inverse_mass, loads%free_x, loads%free_y, self%counted, self%measured, &
@@ -225,7 +225,7 @@ contains
       end do
    end subroutine sum_up
 
-   !> Damping coefficient of the next step (theory: eqs. 9 and 10).
+   !> Damping coefficient of the next step (theory: eq. 11).
    subroutine next_damping(self, sums, far, lowest, c)
       class(relaxation_t), intent(inout) :: self
       real(wp), intent(in) :: sums(n_sums)
@@ -291,7 +291,7 @@ contains
       end do
    end subroutine prepare_masks
 
-   !> Decide how the relaxation ended.
+   !> Decide how the relaxation ended (theory: eqs. 12 and 15).
    subroutine judge_failure(self, mesh, loads, pieces, motion, sums, scale, tolerance, start_x, start_y)
       class(relaxation_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh

@@ -1,34 +1,34 @@
-!> Node rows: the triangles turned into the paper's equation (4), f_i = sum_j K_ij (u_j - u_i), in blocks of nodes
-!> whose rows lie as jagged diagonals (rf_step_k). A split rebuilds the blocks of the nodes it touched, nothing else.
+!> Node rows: the triangles turned into the paper's equation (4), f_i = sum_j K_ij (u_j - u_i) (theory: eq. 5), in blocks of
+!> nodes whose rows lie in slices (rf_step_k). A split rebuilds the blocks of the nodes it touched, nothing else.
 module rf_rows
    use rf_kinds, only: wp, i8
    use rf_grow, only: grow
    use rf_sort, only: sorted_order
    use rf_mesh, only: mesh_t
-   use rf_topology, only: changes_t, elements_around, corner_of, sort_ascending
+   use rf_topology, only: changes_t, elements_around, corner_of, next_corner, sort_ascending
    use rf_material, only: material_t
    use rf_cst, only: gradients, stiffness_block
-   use rf_step_k, only: block_size
+   use rf_step_k, only: block_size, lanes, slices
    implicit none
    private
    public :: rows_t
 
-   !> safety of the fictitious mass over the Gershgorin bound of stability for dt = 1: m >= g/4
+   !> safety of the fictitious mass over the Gershgorin bound of stability for dt = 1: m >= g/4 (theory: eq. 10)
    real(wp), parameter :: mass_factor = 1.05_wp/4.0_wp
    !> room for entries that a block gets when it must move
    real(wp), parameter :: block_margin = 1.25_wp
 
    type :: rows_t
       integer :: n_blocks = 0
-      !> first node, nodes and largest number of neighbours of each block
-      integer, allocatable :: first(:), count(:), depth(:)
-      !> first entry of each diagonal of each block, (depth + 1, block)
-      integer, allocatable :: jag(:, :)
-      !> node of each slot, (nodes)
-      integer, allocatable :: order(:)
-      !> neighbour of each entry; its stiffness [force/length]
-      integer, allocatable :: column(:)
-      real(wp), allocatable :: kxx(:), kxy(:), kyx(:), kyy(:)
+      !> first node and nodes of each block
+      integer, allocatable :: first(:), count(:)
+      !> first entry of each slice of each block, (slices + 1, block)
+      integer, allocatable :: slice(:, :)
+      !> node of each row, longest rows first; the last slice is filled up with the last node, (block_size, block)
+      integer, allocatable :: order(:, :)
+      !> neighbour of each entry; its stiffness [force/length], (lanes, entry)
+      integer, allocatable :: column(:, :)
+      real(wp), allocatable :: kxx(:, :), kxy(:, :), kyx(:, :), kyy(:, :)
       !> largest of the node's two Gershgorin row sums, summed over its elements [force/length], (nodes)
       real(wp), allocatable :: row_sum(:)
       !> 1/m of the fictitious mass m that makes every node just stable for dt = 1, (nodes)
@@ -55,20 +55,48 @@ contains
       class(rows_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
-      integer :: b, n
+      integer :: b
       self%n_blocks = 0
       self%n_entries = 0
       call self%size_blocks(mesh%n_nodes)
-      n = 3*mesh%n_elements + count(mesh%neighbour(:, :mesh%n_elements) == 0)     ! two entries an edge
-      call grow(self%column, n)
-      call grow(self%kxx, n)
-      call grow(self%kxy, n)
-      call grow(self%kyx, n)
-      call grow(self%kyy, n)
+      call grow_entries(self, entries_of(mesh))
       do b = 1, self%n_blocks
          call self%build_block(mesh, material, b)
       end do
    end subroutine build
+
+   !> Entries that the rows of a whole mesh take; storage has room for them and no more until the first split.
+   integer function entries_of(mesh) result(n)
+      type(mesh_t), intent(in) :: mesh
+      integer, allocatable :: valence(:), order(:)
+      integer :: e, k, base, last
+      allocate (valence(mesh%n_nodes), source=0)
+      do e = 1, mesh%n_elements
+         do k = 1, 3
+            if (mesh%neighbour(k, e) > e .and. mesh%segment(k, e) == 0) cycle         ! counted on the other side
+            associate (from => mesh%connectivity(k, e), to => mesh%connectivity(next_corner(k), e))
+               valence(from) = valence(from) + 1
+               valence(to) = valence(to) + 1
+            end associate
+         end do
+      end do
+      n = 0
+      do base = 1, mesh%n_nodes, block_size
+         last = min(base + block_size - 1, mesh%n_nodes)
+         order = sorted_order(-int(valence(base:last), i8))
+         n = n + sum(valence(base - 1 + order(::lanes)))
+      end do
+   end function entries_of
+
+   subroutine grow_entries(self, n)
+      class(rows_t), intent(inout) :: self
+      integer, intent(in) :: n
+      call grow(self%column, n, lanes)
+      call grow(self%kxx, n, lanes)
+      call grow(self%kxy, n, lanes)
+      call grow(self%kyx, n, lanes)
+      call grow(self%kyy, n, lanes)
+   end subroutine grow_entries
 
    !> Rebuild the blocks of all nodes of changed elements.
    subroutine update(self, mesh, material, changes)
@@ -98,17 +126,15 @@ contains
       n = (n_nodes - 1)/block_size + 1
       call grow(self%first, n)
       call grow(self%count, n)
-      call grow(self%depth, n)
       call grow(self%start, n)
       call grow(self%room, n)
-      call grow(self%jag, n, 12)
-      call grow(self%order, n_nodes)
+      call grow(self%slice, n, slices + 1)
+      call grow(self%order, n, block_size)
       call grow(self%row_sum, n_nodes)
       call grow(self%inverse_mass, n_nodes)
       do b = max(1, self%n_blocks), n
          if (b > self%n_blocks) then
             self%first(b) = (b - 1)*block_size + 1
-            self%depth(b) = 0
             self%room(b) = 0
          end if
          self%count(b) = min(block_size, n_nodes - self%first(b) + 1)
@@ -221,40 +247,51 @@ contains
       end do
    end subroutine sort_row
 
-   !> Lay a block's rows out as jagged diagonals.
+   !> Lay a block's rows out in slices.
    subroutine place_block(self, block, draft)
       class(rows_t), intent(inout) :: self
       integer, intent(in) :: block
       type(draft_t), intent(in) :: draft
-      integer, allocatable :: slot_of(:), wide(:, :)
-      integer :: n, d, k, p, base
+      integer :: slot(block_size), n, s, k, p, depth
       n = self%count(block)
-      base = self%first(block)
-      allocate (slot_of, source=sorted_order(-int(draft%valence(:n), i8)))
-      self%order(base:base + n - 1) = base - 1 + slot_of
-      self%depth(block) = maxval(draft%valence(:n))
-      if (self%depth(block) + 1 > size(self%jag, 1)) then
-         allocate (wide(2*self%depth(block), size(self%jag, 2)), source=0)
-         wide(:size(self%jag, 1), :) = self%jag
-         call move_alloc(wide, self%jag)
-      end if
-      call reserve(sum(draft%valence(:n)))
+      slot(:n) = sorted_order(-int(draft%valence(:n), i8))
+      slot(n + 1:) = slot(n)
+      self%order(:, block) = self%first(block) - 1 + slot
+      call reserve(sum(draft%valence(slot(1:n:lanes))))
       p = self%start(block)
-      do d = 1, self%depth(block)
-         self%jag(d, block) = p
-         do k = 1, n
-            if (draft%valence(slot_of(k)) < d) exit
-            self%column(p) = draft%column(d, slot_of(k))
-            self%kxx(p) = draft%k(1, d, slot_of(k))
-            self%kxy(p) = draft%k(2, d, slot_of(k))
-            self%kyx(p) = draft%k(3, d, slot_of(k))
-            self%kyy(p) = draft%k(4, d, slot_of(k))
-            p = p + 1
+      do s = 1, (n - 1)/lanes + 1
+         self%slice(s, block) = p
+         depth = draft%valence(slot((s - 1)*lanes + 1))
+         do k = 1, lanes
+            call fill_lane(k, p, depth, (s - 1)*lanes + k)
          end do
+         p = p + depth
       end do
-      self%jag(self%depth(block) + 1, block) = p
+      self%slice((n - 1)/lanes + 2:, block) = p
 
    contains
+
+      !> One row of a slice. Beyond its length, and in lanes beyond the last row, the node itself without stiffness.
+      subroutine fill_lane(lane, from, depth, row)
+         integer, intent(in) :: lane, from, depth, row
+         integer :: d, i, length
+         i = slot(row)
+         length = draft%valence(i)
+         if (row > n) length = 0
+         do d = 1, depth
+            self%column(lane, from + d - 1) = self%order(row, block)
+            self%kxx(lane, from + d - 1) = 0
+            self%kxy(lane, from + d - 1) = 0
+            self%kyx(lane, from + d - 1) = 0
+            self%kyy(lane, from + d - 1) = 0
+            if (d > length) cycle
+            self%column(lane, from + d - 1) = draft%column(d, i)
+            self%kxx(lane, from + d - 1) = draft%k(1, d, i)
+            self%kxy(lane, from + d - 1) = draft%k(2, d, i)
+            self%kyx(lane, from + d - 1) = draft%k(3, d, i)
+            self%kyy(lane, from + d - 1) = draft%k(4, d, i)
+         end do
+      end subroutine fill_lane
 
       !> A block whose entries no longer fit moves to the end of the storage, with a margin.
       subroutine reserve(entries)
@@ -266,11 +303,7 @@ contains
          self%start(block) = self%n_entries + 1
          self%room(block) = needed
          self%n_entries = self%n_entries + needed
-         call grow(self%column, self%n_entries)
-         call grow(self%kxx, self%n_entries)
-         call grow(self%kxy, self%n_entries)
-         call grow(self%kyx, self%n_entries)
-         call grow(self%kyy, self%n_entries)
+         call grow_entries(self, self%n_entries)
       end subroutine reserve
 
    end subroutine place_block

@@ -1,5 +1,5 @@
 !> Section balance (Qiu & Ding 2007, section 2.5): the part of the body on one side of a line must be in equilibrium under
-!> its loads, its reactions and what the other side exerts on it.
+!> its loads, its reactions and what the other side exerts on it (theory: eq. 38).
 module rf_section_check
    use rf_kinds, only: wp
    use rf_mesh, only: mesh_t

@@ -142,7 +142,7 @@ contains
       end do
    end subroutine find_stances
 
-   !> 'move along x and turn'; empty where nothing is free.
+   !> 'move along x, turn'; empty where nothing is free.
    pure function free_motions(stance) result(text)
       type(stance_t), intent(in) :: stance
       character(len=:), allocatable :: text
@@ -162,6 +162,6 @@ contains
       character(len=*), intent(in) :: text, word
       character(len=:), allocatable :: longer
       longer = word
-      if (len(text) > 0) longer = text//' and '//word
+      if (len(text) > 0) longer = text//', '//word
    end function joined_with
 end module rf_support_check

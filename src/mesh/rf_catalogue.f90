@@ -29,6 +29,8 @@ module rf_catalogue
       integer, allocatable :: place(:)
       !> members of each set at the start
       integer, allocatable :: n_members(:)
+      !> the mesh was not read without errors: that something is not there means nothing, and is no problem
+      logical :: incomplete = .false.
    contains
       procedure :: find, find_set, resolve, members, selected, forget_ids, noun
    end type catalogue_t
@@ -64,6 +66,7 @@ contains
          problem = self%noun()//' set '//known//' has no members in the mesh (ids that are not defined, '
          if (self%of_elements) problem = problem//'line elements are left out)'
          if (.not. self%of_elements) problem = problem//'nodes on no element are left out)'
+         if (self%incomplete) problem = ''
          set = 0
       end if
    end subroutine find_set
@@ -85,6 +88,7 @@ contains
       else if (status == number_ok) then
          selection%single = self%find(id)
          if (selection%single > 0) return
+         if (self%incomplete) return
          problem = 'no '//self%noun()//' '//to_text(id)//' is defined'
          if (self%ids%find(id) == 0) return
          problem = 'node '//to_text(id)//' is on no element'

@@ -47,6 +47,7 @@ contains
          if (.not. card%failed()) call check_counts(card, order)
          if (card%failed()) then
             draft%failed_elements = draft%failed_elements + 1
+            call name_sets(order, nodes, elements, card%keyword_place())
          else
             call carry_out(order, nodes, elements, draft, card%keyword_place())
          end if
@@ -97,6 +98,19 @@ contains
       if (any(order%lengths/order%cells <= 1.0e6_wp*epsilon(1.0_wp)*abs(order%corner))) &
          call card%error('the cells are too small for coordinates as large as these')
    end subroutine check_counts
+
+   !> The sets that there would be: after an error they are empty, but known.
+   subroutine name_sets(order, nodes, elements, place)
+      type(order_t), intent(in) :: order
+      type(catalogue_t), intent(inout) :: nodes, elements
+      !> of the keyword
+      type(place_t), intent(in) :: place
+      integer :: side, set
+      do side = side_left, side_top
+         set = nodes%sets%define(trim(side_name(side)), place)
+      end do
+      if (len(order%set) > 0) set = elements%sets%define(order%set, place)
+   end subroutine name_sets
 
    !> Make the mesh.
    subroutine carry_out(order, nodes, elements, draft, place)

@@ -4,6 +4,7 @@ module rf_mesh_input
    use rf_kinds, only: wp, i8
    use rf_catalogue, only: catalogue_t
    use rf_deck, only: deck_t, card_t, in_model
+   use rf_deck_rules, only: any_failed
    use rf_deck_store, only: line_place
    use rf_diagnostics, only: diagnostics_t, place_t
    use rf_generated_input, only: read_generator
@@ -71,6 +72,9 @@ contains
       call adopt_sets(self%nodes, mesh%n_nodes, mesh%node_membership, diagnostics)
       call adopt_sets(self%elements, mesh%n_elements, mesh%element_membership, diagnostics)
       call note_left_out(self%nodes, self%elements, draft, diagnostics)
+      self%nodes%incomplete = mesh%n_elements == 0 .or. any_failed(deck, 'NODE', in_model) .or. &
+                              any_failed(deck, 'ELEMENT', in_model) .or. any_failed(deck, 'MESH', in_model)
+      self%elements%incomplete = self%nodes%incomplete
    end subroutine read_mesh
 
    !> Internal number of the node of an id; 0 if there is none.

@@ -48,7 +48,7 @@ module rf_history
    !> columns of the history, each with its kind
    character(len=*), parameter :: integer_columns = ' step increment event_count iterations converged nodes elements cracks &
       &fragments exhausted contacts_open contacts_slip contacts_stick events_tension events_shear '
-   character(len=20), parameter :: history_columns(29) = [character(len=20) :: &
+   character(len=21), parameter :: history_columns(29) = [character(len=21) :: &
       'step', 'increment', 'time', 'load_factor', 'event_count', 'iterations', 'residual', 'converged', 'nodes', 'elements', &
       'cracks', 'crack_length', 'fragments', 'exhausted', 'exhausted_utilisation', 'contacts_open', 'contacts_slip', &
       'contacts_stick', 'events_tension', 'events_shear', 'max_utilisation', 'external_work', 'strain_energy', &

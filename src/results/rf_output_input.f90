@@ -202,15 +202,16 @@ contains
       call card%field_real('nx', section%normal(1), about='normal of the line, of any length')
       call card%field_real('ny', section%normal(2), about='normal of the line')
       if (card%line_failed .or. card%describing()) return
-      if (norm2(section%normal) > 0) then
+      if (maxval(abs(section%normal)) > 0) then
+         section%normal = section%normal/maxval(abs(section%normal)) ! so that squares can neither vanish nor overflow
          section%normal = section%normal/norm2(section%normal)
       else
          call card%error('the normal of a section must not be 0, 0')
       end if
       if (card%line_failed .or. mesh%n_nodes == 0) return
       allocate (distance(mesh%n_nodes))
-      distance = (mesh%x(1, :mesh%n_nodes) - section%point(1))*section%normal(1) &
-                 + (mesh%x(2, :mesh%n_nodes) - section%point(2))*section%normal(2)
+      distance = (0.25_wp*mesh%x(1, :mesh%n_nodes) - 0.25_wp*section%point(1))*section%normal(1) &
+                 + (0.25_wp*mesh%x(2, :mesh%n_nodes) - 0.25_wp*section%point(2))*section%normal(2) ! cannot overflow
       if (minval(distance) >= 0 .or. maxval(distance) <= 0) call card%warning('the section does not cut the body')
    end subroutine read_section_line
 

@@ -11,6 +11,7 @@ module rf_recorder
    use rf_provenance, only: provenance_t
    use rf_hdf5, only: hdf5_file_t
    use rf_digest, only: digest_t
+   use rf_system, only: remove_file
    implicit none
    private
    public :: recorder_t, digests_of
@@ -28,7 +29,8 @@ module rf_recorder
       !> the last state is not yet among the rows, or the frames
       logical, private :: row_owed = .false., frame_owed = .false.
    contains
-      procedure :: create, state, state_not_converged, before_event, event, count_iterations, monitor_reaction, finish, discard
+      procedure :: create, state, state_not_converged, complete, before_event, event, count_iterations, monitor_reaction, finish
+      procedure :: discard
       procedure, private :: take_requests, write_row, write_frame
    end type recorder_t
 
@@ -43,6 +45,7 @@ contains
       !> some step looks at the criterion
       logical, intent(in) :: fracture
       character(len=:), allocatable, intent(out) :: error
+      logical :: old_removed
       call self%take_requests(requests)
       self%files = prefix//'.h5 '//prefix//'_history.csv '//prefix//'_events.csv'
       if (self%frames%vtkhdf) self%files = self%files//' '//prefix//'.vtkhdf '//prefix//'_cracks.vtkhdf'
@@ -56,7 +59,12 @@ contains
       if (.not. allocated(error)) call self%history%start(self%file, error)
       if (.not. allocated(error)) call self%frames%create(prefix, title, fracture, error)
       if (.not. allocated(error)) call self%tables%create(prefix, error)
-      if (allocated(error)) call self%discard()
+      if (allocated(error)) then
+         call self%discard()
+      else if (.not. self%frames%vtkhdf) then        ! frames of an older run do not belong to these results
+         old_removed = remove_file(prefix//'.vtkhdf')
+         old_removed = remove_file(prefix//'_cracks.vtkhdf')
+      end if
    end subroutine create
 
    subroutine take_requests(self, requests)
@@ -151,9 +159,22 @@ contains
       type(model_t), intent(inout) :: model
       type(position_t), intent(in) :: position
       character(len=:), allocatable, intent(out) :: error
+      call model%failure%look(model%mesh, model%material, model%motion)
       call self%write_row(model, position, error)
       if (.not. allocated(error)) call self%write_frame(model, position, frame_not_converged, error)
    end subroutine state_not_converged
+
+   !> Write what is owed of the last state: something ends with it.
+   subroutine complete(self, model, position, row_written, error)
+      class(recorder_t), intent(inout) :: self
+      type(model_t), intent(inout) :: model
+      type(position_t), intent(in) :: position
+      logical, intent(out) :: row_written
+      character(len=:), allocatable, intent(out) :: error
+      row_written = self%row_owed
+      if (self%row_owed) call self%write_row(model, position, error)
+      if (self%frame_owed .and. .not. allocated(error)) call self%write_frame(model, position, frame_settled, error)
+   end subroutine complete
 
    !> Remember what an event's row says of the state before it.
    subroutine before_event(self, model, split)
@@ -196,8 +217,8 @@ contains
       real(wp), intent(in) :: wall_time
       integer, intent(in) :: exit_status
       character(len=:), allocatable, intent(out) :: error
-      if (self%row_owed) call self%write_row(model, position, error)
-      if (self%frame_owed .and. .not. allocated(error)) call self%write_frame(model, position, frame_settled, error)
+      logical :: row_written
+      call self%complete(model, position, row_written, error)
       if (.not. allocated(error)) call self%history%close(error)
       if (.not. allocated(error)) call self%file%end_swmr(error)
       if (.not. allocated(error)) &
