@@ -1,9 +1,12 @@
 !> The body under load: all that a run computes with, and how it follows a split. Types own their data; the order in
 !> which they follow stands here, once.
 module rf_model
+   use, intrinsic :: iso_fortran_env, only: error_unit
    use rf_kinds, only: wp
+   use rf_build, only: checked_build
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t
+   use rf_invariants, only: baseline_t, take_baseline, check_invariants
    use rf_material, only: material_t
    use rf_rows, only: rows_t
    use rf_contact, only: contact_t, pair_open
@@ -41,8 +44,11 @@ module rf_model
       integer :: slip_warning_node = 0
       !> what the last event changed
       type(changes_t) :: changes
+      !> what no split may change
+      type(baseline_t), private :: baseline
    contains
       procedure :: prepare, equilibrate, accept, split
+      procedure, private :: check
    end type model_t
 
 contains
@@ -57,6 +63,7 @@ contains
       call self%pieces%find(self%mesh)
       call self%energy%prepare(self%mesh%n_nodes)
       allocate (self%reaction(2, self%mesh%n_nodes), source=0.0_wp)
+      if (checked_build) call take_baseline(self%mesh, self%baseline)
    end subroutine prepare
 
    !> Relax at the present loads.
@@ -109,6 +116,17 @@ contains
       call self%pieces%find(self%mesh)
       call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
       call self%failure%adopt(self%mesh, self%material, self%changes)
+      if (checked_build) call self%check()
    end subroutine split
+
+   !> Builds for development end at once where a split has broken the mesh: that is a fault of ours, not of the deck.
+   subroutine check(self)
+      class(model_t), intent(in) :: self
+      character(len=:), allocatable :: problem
+      call check_invariants(self%mesh, self%baseline, problem, self%changes)
+      if (len(problem) == 0) return
+      write (error_unit, '(a, i0, 2a)') 'rfem: after event ', self%events, ': ', problem
+      error stop 'the mesh is broken'
+   end subroutine check
 
 end module rf_model
