@@ -1,0 +1,425 @@
+"""What goes wrong ends in order: exit status, a reason, and no half result set.
+
+Status 1: the simulation failed; 2: deck or command line wrong, nothing written; 3: a file could not be written.
+"""
+
+import os
+import pty
+import re
+import resource
+import select
+import shutil
+import signal
+import subprocess
+import threading
+import time
+
+import pytest
+from rfem_run import BEAM, PROGRAM, SOURCE, call, edited, run, table
+
+SMALL = SOURCE / "input" / "tutorial" / "first_deck" / "first_deck.inp"
+BAR = """*HEADING
+A bar is pulled by a force until it parts
+*MESH, SHAPE=RECTANGLE, ELSET=BAR
+0., 0., 60., 20., 12, 4
+*MATERIAL, NAME=ROCK
+*ELASTIC
+{e}, 0.25
+*STRENGTH
+4.5, 10., 30.
+*SOLID SECTION, ELSET=BAR, MATERIAL=ROCK
+{thickness}
+*NSET, NSET=ENDS
+LEFT, RIGHT
+*NO SPLIT, NSET=ENDS
+*NSET, NSET=CORNER, NEAREST
+0., 0.
+*BOUNDARY
+LEFT, 1, 1
+CORNER, 2, 2
+*STEP
+*STATIC
+0.1, 1.
+*RELAXATION, MAX ITERATIONS={limit}
+{fracture}
+*CLOAD
+RIGHT, 1, {force}
+*MONITOR, NAME=END, NSET=RIGHT
+*MONITOR, NAME=WALL, NSET=LEFT
+*OUTPUT, FIELD, EVENTS=1
+*OUTPUT, HISTORY, EVENTS=1
+*END STEP
+"""
+
+
+def bar(folder, e="27400.", thickness="1.", limit="5000", fracture="*FRACTURE", force="30."):
+    folder.mkdir(parents=True, exist_ok=True)
+    deck = folder / "bar.inp"
+    deck.write_text(BAR.format(**{k: v for k, v in locals().items() if k not in ("folder", "deck")}))
+    return deck
+
+
+def said(done, *words):
+    """The one error on standard error, which has these words."""
+    errors = [line for line in done.stderr.splitlines() if line.startswith("rfem: error: ")]
+    assert len(errors) == 1, done.stderr
+    for word in words:
+        assert word in errors[0], errors[0]
+
+
+# ------------------------------------------------------------------------------------- 3: files that cannot be written
+def test_output_is_a_file(tmp_path):
+    taken = tmp_path / "taken"
+    taken.write_text("mine\n")
+    for folder in (taken, taken / "below"):
+        done = call(SMALL, "--output", folder, "--quiet")
+        assert done.returncode == 3
+        said(done, f"the folder {folder} cannot be made: {taken} is no folder")
+    assert taken.read_text() == "mine\n" and os.listdir(tmp_path) == ["taken"]
+
+
+def test_result_file_is_a_folder(tmp_path):
+    """One file of the set cannot be made: those that could go again."""
+    (tmp_path / "job_cracks.vtkhdf").mkdir()
+    done = call(SMALL, "--output", tmp_path, "--job", "job", "--quiet")
+    assert done.returncode == 3
+    said(done, "job_cracks.vtkhdf: cannot create this file: Is a directory")
+    assert os.listdir(tmp_path) == ["job_cracks.vtkhdf"]
+
+
+def nobody():
+    os.setgid(65534)
+    os.setuid(65534)
+
+
+@pytest.mark.parametrize("below", ["", "new/folder"])
+def test_folder_without_permission(tmp_path, below):
+    closed = tmp_path / "closed"
+    closed.mkdir()
+    closed.chmod(0o555)
+    options = {}
+    if os.geteuid() == 0:
+        for folder in (tmp_path, *tmp_path.parents):  # the test's own folders; nobody must be able to come here
+            if folder.owner() == "root" and folder.name.startswith(("pytest", tmp_path.name)):
+                folder.chmod(0o755)
+        options["preexec_fn"] = nobody
+    try:
+        done = call(SMALL, "--output", closed / below, "--job", "job", "--quiet", **options)
+    except (PermissionError, subprocess.SubprocessError):
+        pytest.skip("the program's folder is not open to another user")
+    if done.returncode == 2:
+        pytest.skip("the project's folder is not open to another user")
+    assert done.returncode == 3
+    said(done, "cannot be written to" if below else "job.h5: cannot create this file: Permission denied")
+    assert not os.listdir(closed)
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    made = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=400k", "tmpfs", tmp_path], capture_output=True)
+    if made.returncode:
+        pytest.skip("mounting a small disk needs root")
+    yield tmp_path
+    subprocess.run(["umount", tmp_path], check=True)
+
+
+def test_full_disk(small_disk):
+    done = call(SMALL, "--output", small_disk, "--job", "job", "--quiet")
+    assert done.returncode == 3
+    said(done, "No space left on device", str(small_disk))
+    assert not os.listdir(small_disk), "no half file"
+    assert "digest" not in done.stdout
+
+
+def test_full_disk_before_the_first_row(small_disk):
+    (small_disk / "ballast").write_bytes(bytes(4096 * 98))
+    done = call(SMALL, "--output", small_disk, "--job", "job", "--quiet")
+    assert done.returncode == 3
+    said(done, "No space left on device")
+    assert os.listdir(small_disk) == ["ballast"]
+
+
+@pytest.mark.parametrize("size", [30_000, 60_000, 150_000, 400_000])
+def test_limit_on_file_sizes(tmp_path, size):
+    """ulimit -f fails writes as a full disk does, and needs no special rights."""
+
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+    deck = edited(BEAM, tmp_path, ("FIELD, FREQUENCY=10", "FIELD, FORMAT=BOTH, FREQUENCY=1"))
+    done = call(deck, "--set", "H=8", "--output", tmp_path / "out", "--quiet", preexec_fn=limit)
+    assert done.returncode == 3, done.stderr
+    said(done, "File too large")
+    assert not os.listdir(tmp_path / "out")
+
+
+def test_folder_removed_during_the_run(tmp_path):
+    folder = tmp_path / "gone"
+    running = subprocess.Popen(
+        [PROGRAM, BEAM, "--set", "H=4", "--output", folder, "--quiet"],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+    )
+    while not (folder / "three_point_bending_cracks.vtkhdf").exists() and running.poll() is None:
+        time.sleep(0.01)
+    shutil.rmtree(folder)
+    messages = running.communicate(timeout=120)[1]
+    assert running.returncode == 3
+    assert re.search(r"^rfem: error: .*gone.*: No such file or directory", messages), messages
+    assert not folder.exists()
+
+
+def test_results_of_an_older_run_are_replaced(tmp_path):
+    """Only by a run that has passed its check, and wholly: no frames of the old one beside tables of the new one."""
+    old = run(SMALL, tmp_path, job="job")
+    contents = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    wrong = edited(SMALL, tmp_path / "decks", ("*ELASTIC", "*ELASTC"))
+    assert call(wrong, "--output", tmp_path, "--job", "job").returncode == 2
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir() if path.is_file()} == contents
+    apdl = edited(SMALL, tmp_path / "decks", ("*END STEP", "*OUTPUT, FIELD, FORMAT=APDL\n*END STEP"))
+    new = run(apdl, tmp_path, job="job")
+    assert new.digests == old.digests
+    assert sorted(path.name for path in tmp_path.iterdir() if path.is_file()) == [
+        "job.h5",
+        "job.mac",
+        "job_events.csv",
+        "job_history.csv",
+    ]
+
+
+# ------------------------------------------------------------------------------------------- 2: deck and command line
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        (["no_such_deck.inp"], ["no_such_deck.inp does not exist"]),
+        ([str(SOURCE)], ["is a folder"]),
+        ([str(SMALL), "--threads", "0"], ["--threads 0", "from 1"]),
+        ([str(SMALL), "--threads", "two"], ["--threads two"]),
+        ([str(SMALL), "--thread", "2"], ["--thread is no option", "--threads"]),
+        (["--outptu", "x", str(SMALL)], ["--outptu is no option; did you mean --output?"]),
+        ([str(SMALL), str(SMALL)], ["two decks"]),
+        ([str(SMALL), "--job"], ["--job needs a value"]),
+        ([str(SMALL), "--job", "a/b"], ["--job a/b"]),
+        ([str(SMALL), "--set", "X"], ["--set X: NAME=VALUE"]),
+        ([str(SMALL), "--set", "X=1"], ["no *PARAMETER of that name"]),
+        ([str(SMALL), "--output", ""], ["--output needs"]),
+        (["--restart", "x.rst.h5"], ["--restart"]),
+        ([""], ["empty"]),
+    ],
+)
+def test_wrong_command_line(arguments, words, tmp_path):
+    done = call(*arguments, cwd=tmp_path)
+    assert done.returncode == 2 and not done.stdout
+    said(done, *words)
+    assert not os.listdir(tmp_path), "nothing is written"
+
+
+@pytest.mark.parametrize(
+    "edit, words",
+    [
+        (("*ELASTIC", "*ELASTC"), [":7: *ELASTC is no keyword; did you mean *ELASTIC?", "*ELASTC"]),
+        (("27400., 0.25", "27400., 0.5"), [":8:", "must be above -1 and below 0.5"]),
+        (("BOTTOM, 2, 2", "BOTOM, 2, 2"), ["BOTOM", "BOTTOM"]),
+        (("0.05, 1.", "0.03, 1."), ["whole number"]),
+        (("4.5, 10., 30.", "45., 10., 30."), [":10:", "c/tan phi = 17.3205"]),
+        (("LEFT, 1, 1\n", ""), ["rigid"]),
+    ],
+)
+def test_wrong_deck(edit, words, tmp_path):
+    deck = edited(SMALL, tmp_path / "deck", edit)
+    for mode in ([], ["--check"], ["--explain"]):
+        done = call(deck, "--output", tmp_path / "out", *mode, cwd=tmp_path)
+        assert done.returncode == 2 and not done.stdout
+        assert done.stderr.startswith("rfem: error: ")
+        for word in words:
+            assert word in done.stderr
+        assert os.listdir(tmp_path) == ["deck"] and os.listdir(tmp_path / "deck") == ["first_deck.inp"]
+
+
+# ----------------------------------------------------------------------------------------- 1: no equilibrium, no number
+NOT_FINITE = re.compile(
+    r"^rfem: error: a force is not a finite number at node (\d+) \(element (\d+)\), step 1, increment 1, "
+    r"iteration \d+; the likely cause: \w"
+)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"force": "1E200"},
+        {"force": "1E155", "fracture": "**"},
+        {"e": "1E-300"},
+        {"thickness": "1E200", "e": "1E150"},
+        {"thickness": "1E-200"},
+    ],
+)
+def test_overflow(change, tmp_path):
+    done = call(bar(tmp_path, **change), "--output", tmp_path / "out", "--quiet")
+    assert done.returncode == 1
+    found = NOT_FINITE.match(done.stderr)
+    assert found, done.stderr
+    if change.get("force"):
+        assert int(found[1]) in (13, 27, 40, 54, 67), "a node of the loaded side"
+    rows = table(tmp_path / "out" / "bar_history.csv")
+    assert rows["increment"].tolist() == [0] and rows["converged"].tolist() == [1], "what was good before is kept"
+
+
+def test_iteration_limit(tmp_path):
+    done = run(bar(tmp_path, limit="20"), tmp_path / "out", status=1)
+    assert re.search(
+        r"^rfem: error: the relaxation of step 1, increment 1 reached MAX ITERATIONS=20 with a residual of [0-9.]+; .*"
+        r"CONTINUE=YES",
+        done.messages,
+        re.M,
+    )
+    h = done.history
+    assert h["converged"].tolist() == [1, 0] and h["residual"][1] > 1e-4 and h["iterations"][1] == 20
+    assert "not converged" in done.log and "1 relaxations ended above the tolerance" in done.log
+
+
+def test_iteration_limit_continue(tmp_path):
+    done = run(bar(tmp_path, limit="20, CONTINUE=YES", fracture="**"), tmp_path / "out")
+    h = done.history
+    assert len(h["converged"]) == 11 and h["converged"].tolist() == [1] + 10 * [0]
+    assert "10 relaxations ended above the tolerance" in done.log
+
+
+def test_load_that_cannot_be_located(tmp_path):
+    """States far from equilibrium give another utilisation each time: the search for a load must end."""
+    done = run(bar(tmp_path, limit="20, CONTINUE=YES"), tmp_path / "out", timeout=60)
+    assert done.history["load_factor"][-1] == 1 and done.history["converged"][-1] == 0
+
+
+def test_state_near_the_tolerance_is_taken(tmp_path):
+    """At the limit but within 100 x tolerance: the row says so, the run goes on."""
+    done = run(bar(tmp_path, limit="450", fracture="**"), tmp_path / "out")
+    h = done.history
+    assert (h["converged"] == 0).any() and h["converged"][-1] == 1
+    assert (h["residual"] <= 1e-4).all() and (h["residual"][h["converged"] == 0] > 1e-6).all()
+
+
+def test_mechanism(tmp_path):
+    """Under load control a bar that parts has no equilibrium left: the expected end."""
+    done = run(bar(tmp_path), tmp_path / "out")
+    assert re.search(
+        r"^stopped: mechanism\. Fragment \d+ \(node \d+\) comes to no rest at load factor 0\.\d+; "
+        r"the last equilibrium is kept$",
+        done.log,
+        re.M,
+    )
+    h, events = done.history, done.events
+    assert h["converged"].tolist() == [1] * (len(h["converged"]) - 1) + [0]
+    assert h["event_count"][-1] == len(events["event"]) == len(set(events["event"])), "the last event is in the table"
+    assert h["fragments"][-1] == 2
+    for column in ("END_u1", "WALL_rf1", "time", "external_work"):
+        assert h[column][-1] == h[column][-2], "the last equilibrium"
+    assert h["WALL_rf1"][-1] == pytest.approx(-5 * 30 * h["load_factor"][-1], rel=1e-5)
+    import h5py
+
+    with h5py.File(done.path(".vtkhdf")) as file:
+        kinds = file["VTKHDF/FieldData/frame_kind"][:].ravel()
+        assert kinds[-1] == 4 and (kinds[:-1] != 4).all()
+    with h5py.File(done.path("_cracks.vtkhdf")) as file:
+        assert set(file["VTKHDF/CellData/event"][:].ravel()) <= set(events["event"].tolist())
+
+
+# ------------------------------------------------------------------------------------------- streams, log and progress
+def test_log(tmp_path):
+    done = run(BEAM, tmp_path, "--set", "H=8", job="beam")
+    lines = done.log.splitlines()
+    assert re.match(r"rfem \d+\.\d+\.\d+\S* \(.+\), 1 threads, job beam$", lines[0])
+    assert re.search(r"^wall time \S+ s, .*\b\d\.\d{3}E\+\d\d element updates per second$", done.log, re.M)
+    assert re.match(r"digest displacements=[0-9A-F]{16} topology=[0-9A-F]{16}$", lines[-1])
+    rows = [line for line in lines if re.search(r"  (start|before event|after event|settled|not converged)$", line)]
+    assert len(rows) == len(done.history["time"]), "a row for each history row"
+    assert "step 1 stopped: STOP DROP=0.8" in done.log
+    files = re.search(r"^files: (.*)$", done.log, re.M)[1].split()
+    assert sorted(files) == sorted(str(path) for path in tmp_path.iterdir())
+    assert not done.messages, "--quiet"
+
+
+def test_log_has_the_last_row_of_a_rare_history(tmp_path):
+    deck = edited(BEAM, tmp_path, ("HISTORY, EVENTS=1", "HISTORY, FREQUENCY=1000"))
+    done = run(deck, tmp_path / "out", "--set", "H=8", job="beam")
+    rows = re.findall(r"  (start|before event|after event|settled|not converged)$", done.log, re.M)
+    assert rows == ["start", "settled"] and len(done.history["time"]) == 2
+
+
+def test_progress_without_a_terminal(tmp_path):
+    done = run(BEAM, tmp_path, "--set", "H=8", "--verbose", job="beam")
+    lines = done.messages.splitlines()
+    assert 10 <= len(lines) <= 25 and "\r" not in done.messages and "\x1b" not in done.messages
+    found = [re.fullmatch(r"rfem: +(\d+) %  step +1, increment \d+, \d+ events, \d+ elements", line) for line in lines]
+    assert all(found) and [int(f[1]) for f in found] == sorted(int(f[1]) for f in found)
+    assert "rfem:" not in done.log
+
+
+def on_terminal(arguments, stdin_too, **options):
+    """Run with standard error (and input) on a terminal: status, what it showed, standard output."""
+    ours, theirs = pty.openpty()
+    shown = []
+
+    def listen():
+        while select.select([ours], [], [], 60)[0]:
+            try:
+                piece = os.read(ours, 4096)
+            except OSError:
+                return
+            if not piece:
+                return
+            shown.append(piece)
+
+    done = subprocess.Popen(
+        [PROGRAM, *map(str, arguments)],
+        stdin=theirs if stdin_too else subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=theirs,
+        **options,
+    )
+    os.close(theirs)
+    listener = threading.Thread(target=listen)
+    listener.start()
+    output = done.stdout.read().decode()
+    status = done.wait(timeout=60)
+    listener.join(timeout=60)
+    os.close(ours)
+    return status, b"".join(shown).decode(), output
+
+
+def test_progress_on_a_terminal(tmp_path):
+    status, shown, output = on_terminal([BEAM, "--set", "H=8", "--output", tmp_path], stdin_too=False)
+    assert status == 0 and "\r" in shown and "\x1b[K" in shown, "one live line"
+    assert shown.rstrip(" ").endswith("\n") and shown.strip().count("\n") == 0
+    assert "digest" in output
+
+
+def test_usage_on_a_terminal(tmp_path):
+    status, shown, output = on_terminal([], stdin_too=True, cwd=tmp_path)
+    assert (status, shown) == (0, "") and output.startswith("usage: rfem [options] case.inp")
+    for option in ("--job", "--output", "--threads", "--set", "--check", "--explain", "--quiet", "--help", "--version"):
+        assert option in output
+    assert call("--help").stdout == output and not os.listdir(tmp_path)
+
+
+def test_version():
+    assert re.match(r"rfem \d+\.\d+\.\d+\S* \(.+\), GNU \d+", call("--version").stdout)
+
+
+def test_closed_pipe(tmp_path):
+    """`rfem deck | head`: the reader of the log goes away; the program must not run on as if nothing were."""
+    running = subprocess.Popen(
+        [PROGRAM, BEAM, "--set", "H=8", "--output", tmp_path, "--quiet"],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    running.stdout.readline()
+    running.stdout.close()
+    messages = running.stderr.read()
+    status = running.wait(timeout=60)
+    assert status in (-signal.SIGPIPE, 0, 3), messages
+    assert "Fortran runtime error" not in messages
