@@ -36,7 +36,7 @@ CASES = {
         "uniaxial_compression_smooth.inp",
         "PLATEN",
         ["--set", "H=5"],
-        [("STOP DROP=0.3", "MAX EVENTS=15, STOP DROP=0.3")],
+        [("MAX EVENTS=40", "MAX EVENTS=15")],
     ),
 }
 
