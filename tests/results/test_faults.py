@@ -257,6 +257,8 @@ NOT_FINITE = re.compile(
     ],
 )
 def test_overflow(change, tmp_path):
+    if "-ffpe-trap" in call("--version").stdout:
+        pytest.skip("this build stops at an overflow where it happens")
     done = call(bar(tmp_path, **change), "--output", tmp_path / "out", "--quiet")
     assert done.returncode == 1
     found = NOT_FINITE.match(done.stderr)
