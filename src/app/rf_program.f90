@@ -66,19 +66,19 @@ contains
       if (status /= exit_done) return
       if (len(job) == 0) job = deck%default_job()
       if (len(options%job) > 0) job = options%job
+      call describe(manual)
       if (options%action == action_explain) then
-         call describe(manual)
          call deck%explain(output_unit, manual)
          return
       end if
       write (output_unit, '(a)') 'rfem '//version//' ('//commit//'), '//to_text(omp_get_max_threads())//' threads, job '//job
-      if (options%action /= action_check) call list_settings(deck)
+      if (options%action /= action_check) call list_settings(deck, manual)
       call summarise_model(simulation, monotonic_time() - start)
       if (options%action == action_check) then
          write (output_unit, '(a)') 'checked: '//deck%name()//' is a good deck'
          return
       end if
-      status = run_simulation(options, deck, simulation, requests, job, start)
+      status = run_simulation(options, deck, manual, simulation, requests, job, start)
    end function run_deck
 
    !> A deck that describes itself, for the defaults of what the user's deck leaves out.
@@ -108,11 +108,11 @@ contains
    end function padded
 
    !> The settings of the run, in the log.
-   subroutine list_settings(deck)
-      type(deck_t), intent(in) :: deck
+   subroutine list_settings(deck, manual)
+      type(deck_t), intent(in) :: deck, manual
       type(text_t), allocatable :: names(:), values(:), origins(:)
       integer :: i
-      call deck%settings(names, values, origins)
+      call deck%settings(names, values, origins, manual)
       write (output_unit, '(a)') 'settings:'
       do i = 1, size(names)
          write (output_unit, '(a)') '  '//names(i)%s//' = '//values(i)%s//'  ('//origins(i)%s//')'
@@ -120,9 +120,10 @@ contains
    end subroutine list_settings
 
    !> Open the results, run, close the results, say how it went.
-   integer function run_simulation(options, deck, simulation, requests, job, start) result(status)
+   integer function run_simulation(options, deck, manual, simulation, requests, job, start) result(status)
       type(options_t), intent(in) :: options
-      type(deck_t), intent(in) :: deck
+      !> the deck, and one that describes itself
+      type(deck_t), intent(in) :: deck, manual
       type(simulation_t), intent(inout) :: simulation
       type(output_requests_t), intent(in) :: requests
       character(len=*), intent(in) :: job
@@ -140,7 +141,7 @@ contains
       call deck%heading(heading)
       title = job
       if (size(heading) > 0) title = heading(1)%s
-      call fill_provenance(deck, simulation)
+      call fill_provenance(deck, manual, simulation)
       call simulation%model%prepare()
       if (.not. allocated(error)) &
          call simulation%recorder%create(prefix, title, requests, any(simulation%fracture%on), error)
@@ -186,8 +187,8 @@ contains
       end if
    end function folder_problem
 
-   subroutine fill_provenance(deck, simulation)
-      type(deck_t), intent(in) :: deck
+   subroutine fill_provenance(deck, manual, simulation)
+      type(deck_t), intent(in) :: deck, manual
       type(simulation_t), intent(inout) :: simulation
       associate (provenance => simulation%recorder%provenance)
          provenance%deck = deck%full_text()
@@ -199,7 +200,8 @@ contains
          provenance%host = host_name()
          provenance%start_time = date_text()
          provenance%threads = omp_get_max_threads()
-         call deck%settings(provenance%setting_names, provenance%setting_values, provenance%setting_origins)
+         call deck%settings(provenance%setting_names, provenance%setting_values, provenance%setting_origins, &
+                             manual)
       end associate
    end subroutine fill_provenance
 

@@ -11,6 +11,9 @@ module rf_summary
    private
    public :: summarise_model, summarise_run
 
+   !> exhausted nodes that the summary names
+   integer, parameter :: most_names = 8
+
 contains
 
    !> Size of the mesh, materials, and how the criterion jumps.
@@ -69,7 +72,7 @@ contains
             if (.not. any(simulation%fracture%on)) return
             write (output_unit, '(a)') 'check of strength: largest utilisation left '//short(simulation%largest_settled)// &
                '; exhausted nodes '//to_text(model%failure%n_exhausted)//', their largest '// &
-               short(model%failure%largest_exhausted)
+               short(model%failure%largest_exhausted)//exhausted_names()
             if (model%failure%out_of_plane_node > 0) write (output_unit, '(a)') 'warning: at node '// &
                to_text(model%mesh%node_id(model%failure%out_of_plane_node))//' the stress out of the plane was the extreme '// &
                'one when the node failed; the criterion looks at the stresses in the plane only'
@@ -78,6 +81,24 @@ contains
                'less'
          end associate
       end subroutine write_checks
+
+      !> Ids of the first exhausted nodes.
+      function exhausted_names() result(text)
+         character(len=:), allocatable :: text
+         integer :: n, shown
+         text = ''
+         shown = 0
+         associate (model => simulation%model)
+            do n = 1, model%mesh%n_nodes
+               if (.not. model%failure%exhausted(n)) cycle
+               shown = shown + 1
+               if (shown > most_names) exit
+               text = text//' '//to_text(model%mesh%node_id(n))
+            end do
+         end associate
+         if (shown > most_names) text = text//' ...'
+         if (shown > 0) text = ' (nodes'//text//')'
+      end function exhausted_names
 
    end subroutine summarise_run
 

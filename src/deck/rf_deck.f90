@@ -229,11 +229,17 @@ contains
    end function full_text
 
    !> Every setting that was read.
-   subroutine settings(self, names, values, origins)
+   subroutine settings(self, names, values, origins, manual)
       class(deck_t), intent(in) :: self
       !> 'STEP 1: *RELAXATION TOLERANCE', '1e-6', 'case.inp:17' or 'default'
       type(text_t), allocatable, intent(out) :: names(:), values(:), origins(:)
-      call list_settings(self%store, names, values, origins)
+      !> a described deck: with it, the defaults of keywords opened as standing that the deck has not are listed too
+      type(deck_t), intent(in), optional :: manual
+      if (present(manual)) then
+         call list_settings(self%store, names, values, origins, manual%store)
+      else
+         call list_settings(self%store, names, values, origins)
+      end if
    end subroutine settings
 
    !> The lines of *HEADING.

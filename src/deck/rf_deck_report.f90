@@ -308,14 +308,19 @@ contains
    end function is_repeated
 
    !> Every setting as three texts.
-   subroutine list_settings(store, names, values, origins)
+   subroutine list_settings(store, names, values, origins, manual)
       type(store_t), intent(in) :: store
       type(text_t), allocatable, intent(out) :: names(:), values(:), origins(:)
-      integer, allocatable :: order(:)
+      !> a described deck: with it, defaults of keywords that hold without being in the deck are listed too
+      type(store_t), intent(in), optional :: manual
+      integer, allocatable :: order(:), standing(:)
       integer :: i, n
       call settings_order(store, order)
+      allocate (standing(0))
+      if (present(manual)) standing = standing_defaults(store, manual)
       n = store%n_parameters
-      allocate (names(n + size(order)), values(n + size(order)), origins(n + size(order)))
+      allocate (names(n + size(order) + size(standing)))
+      allocate (values(size(names)), origins(size(names)))
       do i = 1, n
          names(i)%s = '*PARAMETER '//store%parameters(i)%name
          values(i)%s = store%parameters(i)%value
@@ -329,7 +334,26 @@ contains
             origins(n + i)%s = origin(store, this)
          end associate
       end do
+      n = n + size(order)
+      do i = 1, size(standing)
+         names(n + i)%s = '*'//manual%kinds(manual%items(standing(i))%kind)%name//' '//manual%items(standing(i))%name
+         values(n + i)%s = manual%items(standing(i))%default
+         origins(n + i)%s = 'default'
+      end do
    end subroutine list_settings
+
+   !> Items with a default of the keywords that hold without being in the deck, and are not in it.
+   pure function standing_defaults(store, manual) result(items)
+      type(store_t), intent(in) :: store, manual
+      integer, allocatable :: items(:)
+      logical :: wanted(manual%n_items)
+      integer :: i
+      do i = 1, manual%n_items
+         wanted(i) = manual%kinds(manual%items(i)%kind)%standing .and. len(manual%items(i)%default) > 0
+         if (wanted(i)) wanted(i) = .not. present_in(store, manual%kinds(manual%items(i)%kind)%name)
+      end do
+      items = pack([(i, i=1, manual%n_items)], wanted)
+   end function standing_defaults
 
    !> The reference tables: model keywords, then step keywords.
    subroutine write_reference(store, unit)

@@ -8,7 +8,7 @@ module rf_failure
    use rf_material, only: material_t
    use rf_motion, only: motion_t
    use rf_stress_k, only: element_stresses, spread_largest
-   use rf_criterion, only: strength_t, principal, max_rays, mode_none
+   use rf_criterion, only: strength_t, principal, max_rays, mode_none, mode_tension
    use rf_criteria, only: criterion_item_t
    use rf_recovery, only: patch_work_t, node_stress, materials_at_node
    use rf_ray, only: split_t, choose_split, split_limits_t
@@ -293,7 +293,8 @@ contains
          call principal(self%stress(:, n), s1, s3)
          out = -material%section(mesh%section(mesh%element_of(n)))%law%out_of_plane*(self%stress(1, n) + self%stress(2, n))
          if (.not. material%section(mesh%section(mesh%element_of(n)))%plane_strain) cycle
-         if (out <= s1 .and. out >= s3) cycle
+         ! in tension only a larger tension out of the plane would matter
+         if (out >= s3 .and. (out <= s1 .or. self%mode(n) == mode_tension)) cycle
          self%out_of_plane_node = n
          return
       end do

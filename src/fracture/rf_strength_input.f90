@@ -36,7 +36,8 @@ contains
       associate (unused => diagnostics)
       end associate
       call start(failure, size(material%name))
-      call deck%open(card, 'STRENGTH', where=in_model, about='strength of the material; without it the material never breaks')
+      call deck%open(card, 'STRENGTH', where=in_model, about='strength of the material; *FRACTURE needs it but for regions '// &
+                     'of *NO SPLIT')
       do while (deck%next(card))
          m = material_of(deck, card, size(failure%strength))
          if (failure%strength(m)%given) call card%keyword_error('the material has *STRENGTH already')

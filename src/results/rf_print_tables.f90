@@ -18,9 +18,11 @@ module rf_print_tables
       type(element_print_t), allocatable :: elements(:)
       type(dat_t), private :: file
       logical, private :: open = .false.
+      !> step and increment of the last table of each request, (2, requests)
+      integer, allocatable, private :: written(:, :)
    contains
       procedure :: create, write_tables, close => close_file, discard
-      procedure, private :: write_nodes, write_elements
+      procedure, private :: write_nodes, write_elements, already
    end type print_tables_t
 
 contains
@@ -34,9 +36,10 @@ contains
       if (size(self%nodes) + size(self%elements) == 0) return
       call self%file%create(prefix//'.dat', error)
       self%open = .not. allocated(error)
+      allocate (self%written(2, size(self%nodes) + size(self%elements)), source=0)
    end subroutine create
 
-   !> Tables that are due at the end of an increment.
+   !> Tables that are due at the end of an increment and have not been written there.
    subroutine write_tables(self, model, position, error)
       class(print_tables_t), intent(inout) :: self
       type(model_t), intent(in) :: model
@@ -46,15 +49,26 @@ contains
       if (.not. self%open) return
       do i = 1, size(self%nodes)
          if (.not. due(self%nodes(i)%first_step, self%nodes(i)%last_step, self%nodes(i)%frequency, position)) cycle
+         if (self%already(i, position)) cycle
          call self%write_nodes(model, position, self%nodes(i), error)
          if (allocated(error)) return
       end do
       do i = 1, size(self%elements)
          if (.not. due(self%elements(i)%first_step, self%elements(i)%last_step, self%elements(i)%frequency, position)) cycle
+         if (self%already(size(self%nodes) + i, position)) cycle
          call self%write_elements(model, position, self%elements(i), error)
          if (allocated(error)) return
       end do
    end subroutine write_tables
+
+   !> Whether a request has had its table of this increment; from now on it has.
+   logical function already(self, request, position)
+      class(print_tables_t), intent(inout) :: self
+      integer, intent(in) :: request
+      type(position_t), intent(in) :: position
+      already = all(self%written(:, request) == [position%step, position%increment])
+      self%written(:, request) = [position%step, position%increment]
+   end function already
 
    pure logical function due(first_step, last_step, frequency, position)
       integer, intent(in) :: first_step, last_step, frequency

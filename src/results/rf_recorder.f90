@@ -185,9 +185,13 @@ contains
       type(position_t), intent(in) :: position
       logical, intent(out) :: row_written
       character(len=:), allocatable, intent(out) :: error
+      type(position_t) :: end_of_step
       row_written = self%row_owed
       if (self%row_owed) call self%write_row(model, position, error)
       if (self%frame_owed .and. .not. allocated(error)) call self%write_frame(model, position, frame_settled, error)
+      end_of_step = position
+      end_of_step%last = .true.
+      if (.not. allocated(error)) call self%tables%write_tables(model, end_of_step, error)
    end subroutine complete
 
    !> Remember what an event's row says of the state before it.
