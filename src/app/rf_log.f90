@@ -70,7 +70,7 @@ contains
       self%rows = self%rows + 1
       associate (figures => recorder%history%figures)
          write (text, '(i6,i6,f13.6,i8,i8,i11,i12,es10.2,f13.4,4es14.5,2x,a)') position%step, position%increment, &
-            position%load_factor, model%events, figures%cracks, model%pieces%n, model%relaxation%iterations, &
+            position%load_factor, model%events, figures%cracks, model%pieces%n, figures%iterations, &
             model%relaxation%residual, min(model%failure%largest, 99999.0_wp), figures%u, figures%force, trim(kind_words(kind))
       end associate
       write (output_unit, '(a)') trim(text)

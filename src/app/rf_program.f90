@@ -142,7 +142,7 @@ contains
       title = job
       if (size(heading) > 0) title = heading(1)%s
       call fill_provenance(deck, manual, simulation)
-      call simulation%model%prepare()
+      if (.not. allocated(error)) call simulation%model%prepare()
       if (.not. allocated(error)) &
          call simulation%recorder%create(prefix, title, requests, any(simulation%fracture%on), error)
       if (.not. allocated(error)) then

@@ -89,6 +89,7 @@ contains
       self%model%failure%settings = self%fracture(s)
       call self%model%loads%begin_step(self%model%mesh, pack(self%loads, starts_with(self, s)), self%replaced(:, s), &
                                        self%model%reaction, self%model%motion%ux, self%model%motion%uy)
+      call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
       do i = 1, self%steps(s)%n_increments
          self%position%increment = i
          self%position%last = i == self%steps(s)%n_increments
@@ -143,6 +144,7 @@ contains
          call self%model%failure%plan(self%model%mesh, self%model%material, split)
          if (split%node == 0) then
             call self%last%restore(self%model)
+            call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
             if (self%model%failure%n_exhausted > exhausted) cycle        ! no admissible direction there: look for the next
             call self%go_to(fraction, usable)  ! the load cannot be found (states above the tolerance): leave it
             if (.not. usable) return
@@ -157,7 +159,7 @@ contains
          exit
       end do
       call self%settle()
-      if (.not. self%run_over) call self%watch_drop()
+      if (.not. (self%run_over .or. self%step_over)) call self%watch_drop()
    end subroutine run_increment
 
    !> Whether the load of the increment's first event is to be found: something fails clearly at its end that did not
@@ -303,7 +305,10 @@ contains
             if (split%node == 0) exit
          end do
       end if
-      if (self%model%failure%settings%on) self%largest_settled = max(self%largest_settled, self%model%failure%largest)
+      ! exhausted nodes are out now: what is largest must not depend on whether a frame looks everywhere
+      call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
+      if (self%model%failure%settings%on .and. .not. self%step_over) &
+         self%largest_settled = max(self%largest_settled, self%model%failure%largest)
       call self%record(frame_settled)
    end subroutine settle
 
@@ -425,6 +430,7 @@ contains
                          to_text(self%model%mesh%node_id(n))//') comes to no rest at load factor '// &
                          short(self%position%load_factor)//'; the last equilibrium is kept')
       call self%last%restore(self%model)
+      call self%apply_loads(self%last%fraction)
       self%run_over = .true.
       call self%record_not_converged()
    end subroutine stop_as_mechanism
@@ -465,13 +471,16 @@ contains
                      to_text(self%model%mesh%element_id(element))//'), step '//to_text(self%position%step)//', increment '// &
                      to_text(self%position%increment)//', iteration '//to_text(self%model%relaxation%iterations)// &
                      '; the likely cause: numbers of very different size in units, stiffness or loads'
+      call self%last%restore(self%model)
+      call self%apply_loads(self%last%fraction)
+      call self%record_not_converged()
    end subroutine stop_not_finite
 
    !> The node with the largest force on it.
    pure integer function most_forced_node(model) result(node)
       type(model_t), intent(in) :: model
       associate (n => model%mesh%n_nodes, motion => model%motion)
-         node = maxloc(max(abs(motion%rx(:n)), abs(motion%ry(:n))), dim=1)
+         node = maxloc(max(abs(model%loads%px(:n) - motion%fx(:n)), abs(model%loads%py(:n) - motion%fy(:n))), dim=1)
       end associate
    end function most_forced_node
 

@@ -26,6 +26,8 @@ module rf_criterion
       procedure(utilisation_interface), deferred :: utilisation
       !> directions in which a crack may run from a failed point
       procedure :: directions
+      !> bound of the utilisation of mixtures of these stresses
+      procedure :: bound
    end type criterion_t
 
    abstract interface
@@ -105,6 +107,20 @@ contains
       end if
       ray(:, 2) = -ray(:, 1)
    end subroutine directions
+
+   !> What the screen takes for the utilisation of an element: a criterion whose branches jump has to give the larger of
+   !> them, because the mean of stresses of one branch may lie in the other. Here: the utilisation.
+   subroutine bound(self, n, stress, strength, f, limit)
+      class(criterion_t), intent(in) :: self
+      integer, intent(in) :: n
+      !> as in utilisation, and its result
+      real(wp), intent(in) :: stress(:, :), strength(:, :), f(:)
+      !> (n)
+      real(wp), intent(inout) :: limit(:)
+      associate (unused => self, unused_stress => stress, unused_strength => strength)
+      end associate
+      limit(:n) = f(:n)
+   end subroutine bound
 
    !> A vector turned by an angle [rad], counter-clockwise.
    pure function rotated(vector, angle) result(turned)

@@ -12,6 +12,7 @@ module rf_criterion_griffith
    type, extends(criterion_t) :: griffith_t
    contains
       procedure :: utilisation
+      procedure :: bound
    end type griffith_t
 
 contains
@@ -38,6 +39,22 @@ contains
          end if
       end do
    end subroutine utilisation
+
+   !> The larger of both branches, wherever the stress lies.
+   subroutine bound(self, n, stress, strength, f, limit)
+      class(griffith_t), intent(in) :: self
+      integer, intent(in) :: n
+      real(wp), intent(in) :: stress(:, :), strength(:, :), f(:)
+      real(wp), intent(inout) :: limit(:)
+      real(wp) :: s1, s3
+      integer :: i
+      associate (unused => self, unused_f => f)
+      end associate
+      do i = 1, n
+         call principal(stress(:, i), s1, s3)
+         limit(i) = max(tension_share(s3, strength(1, i)), shear_share(s1, s3, strength(2, i), strength(3, i)))
+      end do
+   end subroutine bound
 
    !> Tension -s3 at which shear fails on the border between the branches [stress]: the criterion jumps there to the
    !> tensile strength (theory: eq. 29).

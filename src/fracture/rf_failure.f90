@@ -14,7 +14,7 @@ module rf_failure
    use rf_ray, only: split_t, choose_split, split_limits_t
    implicit none
    private
-   public :: failure_t, fracture_settings_t, splitting_element, splitting_none, no_crossing_stress
+   public :: failure_t, fracture_settings_t, splitting_element, splitting_none
 
    !> what *FRACTURE, SPLITTING= may say
    integer, parameter :: splitting_none = 0, splitting_element = 1
@@ -25,7 +25,7 @@ module rf_failure
    !> materials that may meet at one node
    integer, parameter :: max_materials = 16
    !> utilisation of a node that has none: no strength given
-   real(wp), parameter :: no_crossing_stress = 0.0_wp
+   real(wp), parameter :: no_utilisation = 0.0_wp
 
    type :: fracture_settings_t
       logical :: on = .false.
@@ -58,15 +58,17 @@ module rf_failure
       real(wp), allocatable :: stress(:, :), utilisation(:)
       integer, allocatable :: deciding_material(:)
       integer(i1), allocatable :: mode(:)
-      !> largest utilisation of the nodes that may fail, and of exhausted ones; the node of the first
+      !> largest utilisation of the nodes that may fail, and of exhausted ones; how many those are
       real(wp) :: largest = 0, largest_exhausted = 0
-      integer :: largest_node = 0, n_exhausted = 0
+      integer :: n_exhausted = 0
       !> a place where the out-of-plane stress is extreme and F >= 1 was found (node, 0: none)
       integer :: out_of_plane_node = 0
-      real(wp), allocatable, private :: screen(:)
+      !> bound of the elements' utilisation by either branch of the criterion, (elements); the largest in the two rings of
+      !> each node, (nodes)
+      real(wp), allocatable, private :: element_bound(:), screen(:)
    contains
       procedure :: prepare, adopt, look, look_everywhere, plan
-      procedure, private :: reserve, stress_of_elements, set_strength, look_at_node, candidates, note_out_of_plane
+      procedure, private :: reserve, stress_of_elements, set_strength, look_at_node, candidates, find_largest, note_out_of_plane
    end type failure_t
 
 contains
@@ -97,6 +99,7 @@ contains
       call grow(self%element_strength, mesh%n_elements, 3)
       call grow(self%element_stress, mesh%n_elements, 3)
       call grow(self%element_utilisation, mesh%n_elements)
+      call grow(self%element_bound, mesh%n_elements)
       call grow(self%element_mode, mesh%n_elements)
    end subroutine reserve
 
@@ -146,27 +149,32 @@ contains
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
       type(motion_t), intent(in) :: motion
-      real(wp), allocatable :: f(:)
+      real(wp), allocatable :: f(:), limit(:)
       integer(i1), allocatable :: mode(:)
       integer :: m, e
       call element_stresses(mesh%n_elements, mesh%connectivity, mesh%x, motion%ux, motion%uy, mesh%section, &
                             material%section%law%direct, material%section%law%lateral, material%section%law%shear, &
                             material%stiffness_factor, self%element_stress)
-      self%element_utilisation(:mesh%n_elements) = no_crossing_stress
+      self%element_utilisation(:mesh%n_elements) = no_utilisation
       self%element_mode(:mesh%n_elements) = mode_none
+      self%element_bound(:mesh%n_elements) = no_utilisation
       if (size(self%strength) == 1 .and. self%strength(1)%given) then
          call self%criterion(1)%law%utilisation(mesh%n_elements, self%element_stress, self%element_strength, &
                                                 self%element_utilisation, self%element_mode)
+         call self%criterion(1)%law%bound(mesh%n_elements, self%element_stress, self%element_strength, &
+                                          self%element_utilisation, self%element_bound)
          return
       end if
-      allocate (f(mesh%n_elements), mode(mesh%n_elements))
+      allocate (f(mesh%n_elements), limit(mesh%n_elements), mode(mesh%n_elements))
       do m = 1, size(self%strength)
          if (.not. self%strength(m)%given) cycle
          call self%criterion(m)%law%utilisation(mesh%n_elements, self%element_stress, self%element_strength, f, mode)
+         call self%criterion(m)%law%bound(mesh%n_elements, self%element_stress, self%element_strength, f, limit)
          do e = 1, mesh%n_elements
             if (material%section(mesh%section(e))%material /= m) cycle
             self%element_utilisation(e) = f(e)
             self%element_mode(e) = mode(e)
+            self%element_bound(e) = limit(e)
          end do
       end do
    end subroutine stress_of_elements
@@ -182,7 +190,7 @@ contains
          self%largest = 0
          return
       end if
-      call spread_largest(mesh%n_elements, mesh%n_nodes, mesh%connectivity, self%element_utilisation, self%screen)
+      call spread_largest(mesh%n_elements, mesh%n_nodes, mesh%connectivity, self%element_bound, self%screen)
       call self%candidates(mesh, material, everywhere=.false.)
    end subroutine look
 
@@ -193,7 +201,7 @@ contains
       type(material_t), intent(in) :: material
       type(motion_t), intent(in) :: motion
       call self%stress_of_elements(mesh, material, motion)
-      call spread_largest(mesh%n_elements, mesh%n_nodes, mesh%connectivity, self%element_utilisation, self%screen)
+      call spread_largest(mesh%n_elements, mesh%n_nodes, mesh%connectivity, self%element_bound, self%screen)
       call self%candidates(mesh, material, everywhere=.true.)
    end subroutine look_everywhere
 
@@ -214,11 +222,38 @@ contains
       do n = 1, mesh%n_nodes
          wanted(n) = everywhere .or. self%exhausted(n) .or. (wanted(n) .and. self%screen(n) >= threshold)
       end do
+      self%utilisation(:mesh%n_nodes) = 0
+      self%mode(:mesh%n_nodes) = mode_none
+      call look_at_nodes(self, mesh, material, wanted)
+      if (.not. everywhere) then
+         ! the node that the screen puts first may come out lower: those that could still be above what was found
+         call self%find_largest(mesh)
+         do n = 1, mesh%n_nodes
+            wanted(n) = .not. (wanted(n) .or. self%no_split_node(n) .or. self%exhausted(n) .or. mesh%hinge(n)) .and. &
+                        self%screen(n) > 0 .and. self%screen(n) >= screen_margin*min(1.0_wp, self%largest)
+         end do
+         if (any(wanted)) call look_at_nodes(self, mesh, material, wanted)
+      end if
+      call self%find_largest(mesh)
+   end subroutine candidates
+
+   !> Look at the wanted nodes, on all threads.
+   subroutine look_at_nodes(self, mesh, material, wanted)
+      class(failure_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      logical, intent(in) :: wanted(:)
       !$omp parallel default(none) shared(self, mesh, material, wanted)
       call look_at_wanted(self, mesh, material, wanted)
       !$omp end parallel
+   end subroutine look_at_nodes
+
+   !> Largest utilisations of the nodes looked at.
+   subroutine find_largest(self, mesh)
+      class(failure_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      integer :: n
       self%largest = 0
-      self%largest_node = 0
       self%largest_exhausted = 0
       self%n_exhausted = 0
       do n = 1, mesh%n_nodes
@@ -229,8 +264,7 @@ contains
             self%largest = max(self%largest, self%utilisation(n))
          end if
       end do
-      call self%note_out_of_plane(mesh, material)
-   end subroutine candidates
+   end subroutine find_largest
 
    !> Look at all wanted nodes; a thread's part of the loop, with its own work lists (in a procedure of its own because
    !> OpenMP's private does not initialise a derived type reliably).
@@ -243,8 +277,6 @@ contains
       integer :: n
       !$omp do schedule(dynamic, 64)
       do n = 1, mesh%n_nodes
-         self%utilisation(n) = 0
-         self%mode(n) = mode_none
          if (wanted(n)) call self%look_at_node(mesh, material, n, work)
       end do
       !$omp end do
@@ -265,7 +297,7 @@ contains
          do attempt = 1, 2
             call node_stress(mesh, material, self%element_stress, self%element_strength, node, list(i), attempt == 1, work, &
                              stress(:, 1), strength(:, 1))
-            f = no_crossing_stress
+            f = no_utilisation
             mode = mode_none
             if (self%strength(list(i))%given) call self%criterion(list(i))%law%utilisation(1, stress, strength, f, mode)
             ! a plane that says so much more than all elements of its patch is no recovery but an artefact of extrapolation
@@ -280,24 +312,21 @@ contains
       end do
    end subroutine look_at_node
 
-   !> Remember the first failing node whose stress out of the plane lies outside the range of those in it.
-   subroutine note_out_of_plane(self, mesh, material)
+   !> Remember the first node that breaks while the stress out of the plane is the extreme one. In tension only a larger
+   !> tension out of the plane would matter.
+   subroutine note_out_of_plane(self, mesh, material, node)
       class(failure_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
+      integer, intent(in) :: node
       real(wp) :: s1, s3, out
-      integer :: n
-      if (self%out_of_plane_node > 0 .or. self%largest < 1) return
-      do n = 1, mesh%n_nodes
-         if (self%utilisation(n) < 1 .or. self%exhausted(n) .or. self%no_split_node(n)) cycle
-         call principal(self%stress(:, n), s1, s3)
-         out = -material%section(mesh%section(mesh%element_of(n)))%law%out_of_plane*(self%stress(1, n) + self%stress(2, n))
-         if (.not. material%section(mesh%section(mesh%element_of(n)))%plane_strain) cycle
-         ! in tension only a larger tension out of the plane would matter
-         if (out >= s3 .and. (out <= s1 .or. self%mode(n) == mode_tension)) cycle
-         self%out_of_plane_node = n
-         return
-      end do
+      if (self%out_of_plane_node > 0) return
+      call principal(self%stress(:, node), s1, s3)
+      associate (section => material%section(mesh%section(mesh%element_of(node))))
+         if (.not. section%plane_strain) return
+         out = -section%law%out_of_plane*(self%stress(1, node) + self%stress(2, node))
+      end associate
+      if (out < s3 .or. (out > s1 .and. self%mode(node) /= mode_tension)) self%out_of_plane_node = node
    end subroutine note_out_of_plane
 
    !> The next split: the node with the largest utilisation that has an admissible direction (WORST). Nodes that have
@@ -322,6 +351,7 @@ contains
             split%mode = self%mode(node)
             split%utilisation = self%utilisation(node)
             call principal(self%stress(:, node), split%sigma1, split%sigma3)
+            call self%note_out_of_plane(mesh, material, node)
             exit
          end if
          self%exhausted(node) = .true.

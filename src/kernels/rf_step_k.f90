@@ -113,7 +113,7 @@ contains
    !> Blocks flagged as special hold supports, contact nodes or loose pieces, or damp locally; the others run the plain update.
    subroutine relaxation_step(n_nodes, n_blocks, first, count, special, slice, order, column, kxx, kxy, kyx, kyy, &
                               a, b, local, ux, uy, wx, wy, vx, vy, fx, fy, px, py, inverse_mass, &
-                              free_x, free_y, counted, measured, keep, rx, ry, partial)
+                              free_x, free_y, paced, measured, keep, rx, ry, partial)
       integer, intent(in) :: n_nodes, n_blocks
       !> first node and number of nodes of each block
       integer, intent(in) :: first(:), count(:)
@@ -137,8 +137,8 @@ contains
       real(wp), intent(in) :: inverse_mass(n_nodes)
       !> 1 where a direction is free, 0 where it is supported
       real(wp), intent(in) :: free_x(n_nodes), free_y(n_nodes)
-      !> 1 where the node enters the damping sums, 0 on loose pieces
-      real(wp), intent(in) :: counted(n_nodes)
+      !> 1 where the node's motion enters the damping sums, 0 on pieces free to move as a whole
+      real(wp), intent(in) :: paced(n_nodes)
       !> 1 where its residual is summed here, 0 on loose pieces and at contact nodes (summed after contact)
       real(wp), intent(in) :: measured(n_nodes)
       !> factor of the old velocity: 1, less on pieces free to move as a whole (the residual stays whole, else contact
@@ -153,7 +153,7 @@ contains
 
       !$omp parallel do default(none) schedule(static) if (n_blocks >= blocks_for_threads) &
       !$omp    shared(n_blocks, first, count, special, slice, order, column, kxx, kxy, kyx, kyy, ux, uy, wx, wy, &
-      !$omp           vx, vy, fx, fy, px, py, inverse_mass, free_x, free_y, counted, measured, keep, rx, ry, partial, &
+      !$omp           vx, vy, fx, fy, px, py, inverse_mass, free_x, free_y, paced, measured, keep, rx, ry, partial, &
       !$omp           a, b, local) private(j, base, n, gx, gy)
       do j = 1, n_blocks
          base = first(j)
@@ -162,7 +162,7 @@ contains
          if (special(j)) then
             call general_update(n, a, b, local, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
                                 fx(base), fy(base), px(base), py(base), inverse_mass(base), free_x(base), free_y(base), &
-                                counted(base), measured(base), keep(base), rx(base), ry(base), partial(:, j))
+                                paced(base), measured(base), keep(base), rx(base), ry(base), partial(:, j))
          else
             call plain_update(n, a, b, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
                               fx(base), fy(base), px(base), py(base), inverse_mass(base), partial(:, j))
@@ -171,7 +171,7 @@ contains
       !$omp end parallel do
    end subroutine relaxation_step
 
-   !> Update of a block whose nodes are all free, counted and without contact.
+   !> Update of a block whose nodes are all free, paced and without contact.
    subroutine plain_update(n, a, b, gx, gy, ux, uy, wx, wy, vx, vy, fx, fy, px, py, inverse_mass, sums)
       integer, intent(in) :: n
       real(wp), intent(in) :: a, b, gx(n), gy(n), ux(n), uy(n), px(n), py(n), inverse_mass(n)
@@ -199,10 +199,10 @@ contains
 
    !> Update of a block with supports, contact nodes, loose pieces or local damping.
    subroutine general_update(n, a, b, local, gx, gy, ux, uy, wx, wy, vx, vy, fx, fy, px, py, inverse_mass, &
-                             free_x, free_y, counted, measured, keep, rx, ry, sums)
+                             free_x, free_y, paced, measured, keep, rx, ry, sums)
       integer, intent(in) :: n
       real(wp), intent(in) :: a, b, local, gx(n), gy(n), ux(n), uy(n), px(n), py(n), inverse_mass(n)
-      real(wp), intent(in) :: free_x(n), free_y(n), counted(n), measured(n), keep(n)
+      real(wp), intent(in) :: free_x(n), free_y(n), paced(n), measured(n), keep(n)
       real(wp), intent(inout) :: wx(n), wy(n), vx(n), vy(n), fx(n), fy(n), rx(n), ry(n)
       real(wp), intent(out) :: sums(n_sums)
       real(wp) :: curvature, kinetic, residual, reaction, x, y
@@ -210,8 +210,8 @@ contains
       curvature = 0; kinetic = 0; residual = 0; reaction = 0
       !$omp simd private(x, y) reduction(+:curvature, kinetic, residual, reaction)
       do k = 1, n
-         curvature = curvature + counted(k)*(vx(k)*(gx(k) - fx(k)) + vy(k)*(gy(k) - fy(k)))
-         kinetic = kinetic + counted(k)*(vx(k)*vx(k) + vy(k)*vy(k))/inverse_mass(k)
+         curvature = curvature + paced(k)*(vx(k)*(gx(k) - fx(k)) + vy(k)*(gy(k) - fy(k)))
+         kinetic = kinetic + paced(k)*(vx(k)*vx(k) + vy(k)*vy(k))/inverse_mass(k)
          x = px(k) - gx(k)
          y = py(k) - gy(k)
          rx(k) = x

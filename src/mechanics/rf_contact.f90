@@ -47,7 +47,7 @@ module rf_contact
       integer(i8), allocatable, private :: key(:)
       integer, allocatable, private :: by_key(:)
    contains
-      procedure :: rebuild, weigh, find_pair, gap, slip, settle, traction, state, node_forces
+      procedure :: rebuild, weigh, find_pair, gap, slip, settle, traction, state
    end type contact_t
 
 contains
@@ -415,17 +415,5 @@ contains
          self%broken(p) = .true.
       end do
    end subroutine settle
-
-   !> Add the contact forces to arrays over all nodes.
-   subroutine node_forces(self, fx, fy)
-      class(contact_t), intent(in) :: self
-      !> [force], (nodes)
-      real(wp), intent(inout) :: fx(:), fy(:)
-      integer :: c
-      do c = 1, self%n_nodes
-         fx(self%node(c)) = fx(self%node(c)) + self%force(1, c)
-         fy(self%node(c)) = fy(self%node(c)) + self%force(2, c)
-      end do
-   end subroutine node_forces
 
 end module rf_contact

@@ -59,6 +59,8 @@ module rf_loads
       type(amplitude_t), allocatable :: amplitudes(:)
       !> how each supported direction runs, (2, nodes)
       type(ramp_t), allocatable :: support(:, :)
+      !> ends of the boundary edge that a node is the midpoint of (0: no such node), (2, nodes)
+      integer, allocatable :: ends(:, :)
       integer :: n_forces = 0
       type(nodal_force_t), allocatable :: force(:)
       !> definitions that are acting, with their ramps (pressure and gravity use them; forces have their own)
@@ -109,6 +111,7 @@ contains
       call grow(self%free_y, n)
       call grow(self%cx, n)
       call grow(self%cy, n)
+      call grow(self%ends, n, 2)
       self%free_x(old + 1:) = 1
       self%free_y(old + 1:) = 1
       allocate (larger(2, size(self%px)))
@@ -152,6 +155,7 @@ contains
       do i = 1, size(definitions)
          call self%act(mesh, definitions(i))
       end do
+      call support_midpoints(self, mesh%n_nodes)
       self%any_gravity = any(self%acting(:self%n_acting)%kind == load_gravity)
    end subroutine begin_step
 
@@ -167,23 +171,52 @@ contains
       type(mesh_t), intent(in) :: mesh
       type(load_definition_t), intent(in) :: definitions(:)
       real(wp), intent(in) :: reaction(:, :)
-      integer :: n, dof, i
-      logical :: named
+      integer :: n, dof
       do n = 1, mesh%n_nodes
          do dof = 1, 2
             if (.not. self%is_held(dof, n)) cycle
-            named = .false.
-            do i = 1, size(definitions)
-               if (definitions(i)%kind == load_support .and. dof >= definitions(i)%first_dof .and. &
-                   dof <= definitions(i)%last_dof) named = named .or. acts_on_node(definitions(i), mesh, n)
-            end do
-            if (named) cycle
+            if (is_named(self, definitions, mesh, n, dof)) cycle
             if (dof == 1) self%free_x(n) = 1
             if (dof == 2) self%free_y(n) = 1
             call add_force(self, nodal_force_t(n, dof, 0, ramp_t(reaction(dof, n), 0.0_wp, 0, reaction(dof, n))))
          end do
       end do
    end subroutine release
+
+   !> Whether supports name a direction of a node: the node itself, or both ends of the boundary edge it is the middle of.
+   pure recursive logical function is_named(self, definitions, mesh, node, dof) result(named)
+      type(loads_t), intent(in) :: self
+      type(load_definition_t), intent(in) :: definitions(:)
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: node, dof
+      integer :: i
+      named = .false.
+      do i = 1, size(definitions)
+         if (definitions(i)%kind == load_support .and. dof >= definitions(i)%first_dof .and. dof <= definitions(i)%last_dof) &
+            named = named .or. acts_on_node(definitions(i), mesh, node)
+      end do
+      if (named .or. self%ends(1, node) == 0) return
+      named = is_named(self, definitions, mesh, self%ends(1, node), dof)
+      if (named) named = is_named(self, definitions, mesh, self%ends(2, node), dof)
+   end function is_named
+
+   !> Midpoints of boundary edges are held where both ends are, between them. Nodes come in order of creation, so ends
+   !> that are midpoints themselves have been seen to.
+   subroutine support_midpoints(self, n_nodes)
+      type(loads_t), intent(inout) :: self
+      integer, intent(in) :: n_nodes
+      integer :: n, dof
+      do n = 1, n_nodes
+         if (self%ends(1, n) == 0) cycle
+         do dof = 1, 2
+            if (.not. (self%is_held(dof, self%ends(1, n)) .and. self%is_held(dof, self%ends(2, n)))) cycle
+            self%support(dof, n)%to = 0.5_wp*(self%support(dof, self%ends(1, n))%to + self%support(dof, self%ends(2, n))%to)
+            self%support(dof, n)%amplitude = self%support(dof, self%ends(1, n))%amplitude
+            if (dof == 1) self%free_x(n) = 0
+            if (dof == 2) self%free_y(n) = 0
+         end do
+      end do
+   end subroutine support_midpoints
 
    !> OP=NEW for loads: all that acted falls to zero, unless a definition takes it up again.
    subroutine drop(self, replaced)
@@ -488,6 +521,8 @@ contains
          call reserve_nodes(self, n)
          self%cx(n) = self%cx(a)
          self%cy(n) = self%cy(a)
+         self%ends(:, n) = self%ends(:, a)
+         if (b > 0) self%ends(:, n) = merge([a, b], 0, changes%on_boundary(i))
          if (b > 0) then
             self%cx(n) = 0.5_wp*(self%cx(a) + self%cx(b))
             self%cy(n) = 0.5_wp*(self%cy(a) + self%cy(b))

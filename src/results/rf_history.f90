@@ -19,6 +19,8 @@ module rf_history
    !> Figures of a state that the log shows too.
    type :: figures_t
       integer :: cracks = 0, contacts(0:2) = 0
+      !> all since the row before
+      integer :: iterations = 0
       real(wp) :: crack_length = 0
       !> largest unbalance of any section check so far, of states within tolerance [-]
       real(wp) :: section_error = 0
@@ -146,6 +148,7 @@ contains
       type(hdf5_file_t), intent(in) :: file
       character(len=:), allocatable, intent(out) :: error
       call look(self, model)
+      self%figures%iterations = self%iterations
       call put_counts(self, model, position)
       call put_energies(self, model)
       call put_monitors(self, model)

@@ -12,7 +12,6 @@ module rf_recorder
    use rf_hdf5, only: hdf5_file_t
    use rf_digest, only: digest_t
    use rf_system, only: is_folder, path_exists, remove_file
-   use rf_system, only: remove_file
    implicit none
    private
    public :: recorder_t, digests_of
@@ -46,7 +45,6 @@ contains
       !> some step looks at the criterion
       logical, intent(in) :: fracture
       character(len=:), allocatable, intent(out) :: error
-      logical :: old_removed
       call self%take_requests(requests)
       self%files = prefix//'.h5 '//prefix//'_history.csv '//prefix//'_events.csv'
       if (self%frames%vtkhdf) self%files = self%files//' '//prefix//'.vtkhdf '//prefix//'_cracks.vtkhdf'
@@ -61,12 +59,7 @@ contains
       if (.not. allocated(error)) call self%history%start(self%file, error)
       if (.not. allocated(error)) call self%frames%create(prefix, title, fracture, error)
       if (.not. allocated(error)) call self%tables%create(prefix, error)
-      if (allocated(error)) then
-         call self%discard()
-      else if (.not. self%frames%vtkhdf) then        ! frames of an older run do not belong to these results
-         old_removed = remove_file(prefix//'.vtkhdf')
-         old_removed = remove_file(prefix//'_cracks.vtkhdf')
-      end if
+      if (allocated(error)) call self%discard()
    end subroutine create
 
    !> Delete an earlier result set of this name: what the new run does not write must not stay beside what it writes.
