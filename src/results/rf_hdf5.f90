@@ -14,7 +14,8 @@ module rf_hdf5
       h5f_acc_rdwr_f, h5f_scope_global_f, h5f_libver_v110_f, h5f_close_strong_f, h5f_obj_all_f, &
       h5f_obj_datatype_f
    use rf_kinds, only: wp, i8
-   use rf_system, only: refuse_large_files, remove_file
+   use rf_system, only: is_folder, refuse_large_files, remove_file
+   use rf_text, only: file_folder
    use rf_hdf5_reason, only: hdf5_reason
    implicit none
    private
@@ -123,7 +124,12 @@ contains
       call access_list(access)
       call h5fcreate_f(path, h5f_acc_trunc_f, this%id, status, access_prp=access)
       call hdf5_failure(status, path, 'create this file', error)
-      if (allocated(error)) this%id = closed_id
+      if (allocated(error)) then
+         this%id = closed_id
+         ! removed while HDF5 was looking at it, the folder leaves HDF5 without the system's words
+         if (index(error, 'retrieve stat') > 0 .and. .not. is_folder(file_folder(path))) &
+            error = path//': cannot create this file: No such file or directory'
+      end if
       this%made_here = .not. allocated(error)
       call h5pclose_f(access, status)
    end subroutine create
