@@ -1,9 +1,8 @@
 !> From a deck to a simulation: all readers in the order in which they need each other. The same calls describe the deck
 !> for its manual.
 module rf_case
-   use rf_kinds, only: wp
    use rf_deck, only: deck_t
-   use rf_diagnostics, only: diagnostics_t, place_t, new_place
+   use rf_diagnostics, only: diagnostics_t, new_place
    use rf_mesh_input, only: mesh_input_t
    use rf_topology, only: build_topology, manifold_ok
    use rf_material_input, only: read_materials
@@ -35,7 +34,7 @@ contains
       associate (model => simulation%model)
          call read_job(deck, job)
          call mesh_input%read(deck, model%mesh, diagnostics)
-         call connect(mesh_input, simulation, deck, diagnostics)
+         call connect(simulation, deck, diagnostics)
          call read_materials(deck, mesh_input, model%mesh, model%material, diagnostics)
          call read_strengths(deck, model%material, model%failure, diagnostics)
          call model%failure%prepare(model%mesh, model%material)
@@ -57,14 +56,11 @@ contains
    end subroutine read_case
 
    !> Find the neighbours of all elements.
-   subroutine connect(mesh_input, simulation, deck, diagnostics)
-      type(mesh_input_t), intent(in) :: mesh_input
+   subroutine connect(simulation, deck, diagnostics)
       type(simulation_t), intent(inout) :: simulation
       type(deck_t), intent(in) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
       integer :: status, offenders(2)
-      associate (unused => mesh_input)
-      end associate
       if (deck%describing() .or. simulation%model%mesh%n_elements == 0) return
       call build_topology(simulation%model%mesh, status, offenders)
       if (status == manifold_ok .or. diagnostics%n_errors > 0) return ! after errors the mesh is not the one meant

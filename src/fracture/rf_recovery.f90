@@ -7,7 +7,7 @@ module rf_recovery
    use rf_kinds, only: wp
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
-   use rf_topology, only: elements_around, corner_of, is_corner
+   use rf_topology, only: elements_around, corner_of, is_corner, sort_ascending
    use rf_material, only: material_t
    implicit none
    private
@@ -82,21 +82,8 @@ contains
          n = n + 1
          list(n) = m
       end do
-      call sort(list(:n))
+      call sort_ascending(list(:n))
    end subroutine materials_at_node
-
-   pure subroutine sort(list)
-      integer, intent(inout) :: list(:)
-      integer :: i, j, v
-      do i = 2, size(list)
-         v = list(i)
-         do j = i - 1, 1, -1
-            if (list(j) <= v) exit
-            list(j + 1) = list(j)
-         end do
-         list(j + 1) = v
-      end do
-   end subroutine sort
 
    !> The node's elements of one material, and those of the same material that share a node with them. Nodes are split
    !> where cracks have opened, so the patch does not reach across them.
@@ -112,7 +99,7 @@ contains
       do i = 1, n
          call join(work%around(i))
       end do
-      call sort(work%patch(:work%n_patch))     ! sums do not depend on where a walk began
+      call sort_ascending(work%patch(:work%n_patch))     ! sums do not depend on where a walk began
       work%n_fan = work%n_patch
       call grow(work%fan, work%n_fan)
       work%fan(:work%n_fan) = work%patch(:work%n_fan)
@@ -127,7 +114,7 @@ contains
             end do
          end do
       end do
-      call sort(work%patch(:work%n_patch))
+      call sort_ascending(work%patch(:work%n_patch))
 
    contains
 
