@@ -159,7 +159,6 @@ contains
       call deck%later('MODEL CHANGE', 'excavation')
       call deck%later('INITIAL CONDITIONS', 'initial stress and velocity')
       call deck%later('CRACK', 'cracks that exist from the start')
-      call deck%later('SOFTENING', 'fracture energy')
       call deck%later('RESTART', 'checkpoints')
       call deck%skipped('NODE FILE')
       call deck%skipped('EL FILE')

@@ -82,7 +82,8 @@ contains
       logical, intent(in) :: at_event
       real(wp) :: friction_work
       call self%contact%settle(self%motion, self%relaxation%b, friction_work)
-      call self%energy%accept(self%loads, self%motion, self%reaction, friction_work, self%mesh%n_nodes, at_event)
+      call self%energy%accept(self%loads, self%motion, self%reaction, friction_work, self%contact%cohesive%work(), &
+                              self%mesh%n_nodes, at_event)
       if (self%slip_warning_node == 0) self%slip_warning_node = far_slipped_node(self)
    end subroutine accept
 

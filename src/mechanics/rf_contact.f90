@@ -8,6 +8,7 @@ module rf_contact
    use rf_topology, only: side_nodes, changes_t
    use rf_material, only: material_t
    use rf_motion, only: motion_t
+   use rf_cohesive, only: cohesive_t
    implicit none
    private
    public :: contact_t, pair_open, pair_slip, pair_stick
@@ -29,6 +30,8 @@ module rf_contact
       real(wp), allocatable :: friction(:), cohesion(:), cohesive_force(:)
       !> the pair has slipped or opened at a converged state: its cohesion is gone
       logical, allocatable :: broken(:)
+      !> what cracks that soften bear
+      type(cohesive_t) :: cohesive
       !> slip from which friction is measured: that of the last converged state [length]
       real(wp), allocatable :: slip_reference(:)
       !> normal and tangential impulse of the last step, (2, pairs)
@@ -62,7 +65,7 @@ contains
       !> what the split changed (absent at the start)
       type(changes_t), intent(in), optional :: changes
       type(contact_t) :: old
-      integer :: p, q
+      integer :: p, q, i, ancestor(2)
       old%n_pairs = self%n_pairs
       if (old%n_pairs > 0) then
          call move_alloc(self%key, old%key)
@@ -71,7 +74,9 @@ contains
          old%normal = self%normal(:, :self%n_pairs)
          old%slip_reference = self%slip_reference(:self%n_pairs)
          old%impulse = self%impulse(:, :self%n_pairs)
+         old%cohesive = self%cohesive
       end if
+      self%cohesive%any = .false.
       call collect_pairs(self, mesh, material)
       call group_pairs(self)
       do p = 1, self%n_pairs
@@ -83,17 +88,29 @@ contains
             self%broken(p) = old%broken(q)
             self%impulse(:, p) = old%impulse(:, q)
             if (all(abs(old%normal(:, q) - self%normal(:, p)) <= epsilon(1.0_wp))) self%slip_reference(p) = old%slip_reference(q)
-         else if (present(changes)) then
-            self%broken(p) = inherited_break(old, changes, self%pair(:, p))
+            call self%cohesive%inherit(p, old%cohesive, [q])
+            cycle
+         end if
+         ancestor = 0
+         if (present(changes)) ancestor = ancestors(old, changes, self%pair(:, p))
+         do i = 1, 2
+            if (ancestor(i) > 0) self%broken(p) = self%broken(p) .or. old%broken(ancestor(i))
+         end do
+         if (all(ancestor == 0)) then
+            call self%cohesive%start(p, rigid=present(changes))
+         else
+            call self%cohesive%inherit(p, old%cohesive, ancestor)
          end if
       end do
    end subroutine rebuild
 
-   !> Whether a pair of new nodes lies on a crack that had lost its cohesion.
-   logical function inherited_break(old, changes, pair) result(broken)
+   !> The old pairs that a pair of new nodes lies on or between: the same one twice for copies, one for each end of a
+   !> bisected crack edge (0: a tip); none on a new crack.
+   function ancestors(old, changes, pair) result(found)
       type(contact_t), intent(in) :: old
       type(changes_t), intent(in) :: changes
       integer, intent(in) :: pair(2)
+      integer :: found(2)
       integer :: i, q, from(2, 2), side
       from(:, 1) = pair(1)
       from(:, 2) = pair(2)
@@ -104,14 +121,14 @@ contains
             end where
          end do
       end do
-      broken = .false.
+      found = 0
       do i = 1, 2
          do side = 1, 2
             q = old%find_pair(from(i, 1), from(side, 2))
-            if (q > 0) broken = broken .or. old%broken(q)
+            if (q > 0) found(i) = q
          end do
       end do
-   end function inherited_break
+   end function ancestors
 
    !> Pairs across all crack segments: one for each two nodes that face each other, normals weighted by length.
    subroutine collect_pairs(self, mesh, material)
@@ -146,6 +163,9 @@ contains
       self%n_pairs = p
       do p = 1, self%n_pairs
          self%normal(:, p) = self%normal(:, p)/norm2(self%normal(:, p))
+         if (.not. self%cohesive%area(p) > 0) cycle
+         self%cohesive%energy(:, p) = self%cohesive%energy(:, p)/self%cohesive%area(p)
+         self%cohesive%strength(:, p) = self%cohesive%strength(:, p)/self%cohesive%area(p)
       end do
 
    contains
@@ -158,14 +178,19 @@ contains
          self%area(p) = 0
          self%friction(p) = huge(1.0_wp)
          self%cohesion(p) = huge(1.0_wp)
+         self%cohesive%area(p) = 0
+         self%cohesive%energy(:, p) = 0
+         self%cohesive%strength(:, p) = 0
       end subroutine start_pair
 
       !> Half the segment belongs to the pair; of two materials the smaller friction and cohesion count.
       subroutine add_segment(s)
          integer, intent(in) :: s
          integer :: ends(2, 2), side, e
-         real(wp) :: along(2), sense
+         real(wp) :: along(2), sense, energy(2), strength(2), area
          ends = side_nodes(mesh, s)
+         energy = huge(1.0_wp)
+         strength = huge(1.0_wp)
          along = mesh%x(:, ends(2, 1)) - mesh%x(:, ends(1, 1))
          sense = merge(1.0_wp, -1.0_wp, any(ends(:, 1) == self%pair(1, p)))
          ! the outward normal of the first side points to the second
@@ -174,8 +199,17 @@ contains
             e = mesh%section(mesh%segment_element(side, s))
             self%friction(p) = min(self%friction(p), material%section(e)%friction)
             self%cohesion(p) = min(self%cohesion(p), material%section(e)%cohesion)
+            energy = min(energy, material%section(e)%fracture_energy)
+            if (any(material%section(e)%strength <= 0)) cycle      ! it never breaks; the other side may
+            strength = min(strength, material%section(e)%strength*material%strength_factor(mesh%segment_element(side, s)))
          end do
-         self%area(p) = self%area(p) + 0.5_wp*norm2(along)*material%section(e)%thickness
+         area = 0.5_wp*norm2(along)*material%section(e)%thickness
+         self%area(p) = self%area(p) + area
+         ! what was a crack before the run has nothing to soften; means over the segments of a pair
+         if (mesh%segment_event(s) == 0 .or. .not. all(energy > 0) .or. all(strength >= huge(1.0_wp))) return
+         self%cohesive%area(p) = self%cohesive%area(p) + area
+         self%cohesive%energy(:, p) = self%cohesive%energy(:, p) + area*energy
+         self%cohesive%strength(:, p) = self%cohesive%strength(:, p) + area*strength
       end subroutine add_segment
 
    end subroutine collect_pairs
@@ -202,6 +236,7 @@ contains
       call grow(self%pair_node, n, 2)
       call grow(self%node, 2*n)
       call grow(self%force, 2*n, 2)
+      call self%cohesive%reserve(n)
    end subroutine reserve_pairs
 
    !> Put pairs that share nodes together, in the order of the lowest pair of each group, and number their nodes.
@@ -262,6 +297,7 @@ contains
       self%area(:n) = self%area(order)
       self%friction(:n) = self%friction(order)
       self%cohesion(:n) = self%cohesion(order)
+      call self%cohesive%permute(order)
    end subroutine permute_pairs
 
    !> Contact nodes group by group, and where each group begins.
@@ -347,6 +383,7 @@ contains
          ! cannot bear two conditions (they would push each other up without end), and not interpenetrating comes first.
          if (.not. (sx > 0 .and. sy > 0)) self%tangent_weight(p) = 0
       end do
+      call self%cohesive%weigh(self%n_pairs)
    end subroutine weigh
 
    !> Opening of a pair [length].
@@ -374,16 +411,19 @@ contains
       !> factor of the residual in the step's update
       real(wp), intent(in) :: b
       real(wp) :: cap
-      if (.not. self%impulse(1, p) > 0) then
+      if (self%cohesive%is_held(p)) then
+         state = pair_stick
+         return
+      else if (.not. self%impulse(1, p) > 0) then
          state = pair_open
          return
       end if
       cap = self%friction(p)*self%impulse(1, p)
       cap = cap + b*self%cohesive_force(p)
-      state = merge(pair_slip, pair_stick, abs(self%impulse(2, p)) >= slip_threshold*cap)
+      state = merge(pair_slip, pair_stick, abs(self%impulse(2, p) - self%cohesive%impulse(2, p)) >= slip_threshold*cap)
    end function state
 
-   !> Traction forces of a pair: normal (pressing, >= 0) and tangential on b [force].
+   !> Traction forces of a pair: normal (pressing; negative where cohesion pulls) and tangential on b [force].
    pure function traction(self, p, b) result(force)
       class(contact_t), intent(in) :: self
       integer, intent(in) :: p
@@ -394,7 +434,7 @@ contains
    end function traction
 
    !> A converged state is accepted: slipping and open pairs measure friction from here on, and have lost their
-   !> cohesion (theory: eq. 23). Returns the work done against friction since the last one: traction at the end times slip.
+   !> cohesion (theory: eq. 23); what softens is damaged to where it is. Returns the work done against friction since the last one: traction at the end times slip.
    subroutine settle(self, motion, b, friction_work)
       class(contact_t), intent(inout) :: self
       type(motion_t), intent(in) :: motion
@@ -403,14 +443,16 @@ contains
       !> [force length]
       real(wp), intent(out) :: friction_work
       integer :: p, how
-      real(wp) :: s, f(2)
+      real(wp) :: s, friction
       friction_work = 0
+      self%cohesive%stored = 0
       do p = 1, self%n_pairs
          how = self%state(p, b)
-         if (how == pair_stick) cycle
          s = self%slip(motion, p)
-         f = self%traction(p, b)
-         friction_work = friction_work - f(2)*(s - self%slip_reference(p))
+         call self%cohesive%settle(p, [self%gap(motion, p), s])
+         if (how == pair_stick) cycle
+         friction = (self%impulse(2, p) - self%cohesive%impulse(2, p))/b
+         friction_work = friction_work - friction*(s - self%slip_reference(p))
          self%slip_reference(p) = s
          self%broken(p) = .true.
       end do

@@ -184,10 +184,13 @@ contains
       if (contact%n_pairs == 0) return
       call contact_step(contact%n_groups, contact%group_pair, contact%group_node, contact%node, contact%pair_node, &
                         contact%normal, contact%normal_weight, contact%tangent_weight, contact%friction, &
-                        contact%cohesive_force, contact%slip_reference, min(contact_tolerance, contact_fraction*tolerance), &
-                        b, self%counted, rows%inverse_mass, loads%free_x, loads%free_y, motion%ux, motion%uy, &
-                        motion%wx, motion%wy, motion%vx, motion%vy, motion%rx, motion%ry, contact%impulse, contact%force, &
-                        contact%partial)
+                        contact%cohesive_force, contact%slip_reference, contact%cohesive%bonded, contact%cohesive%rigid, &
+                        contact%cohesive%cap, contact%cohesive%critical, contact%cohesive%damage, &
+                        min(contact_tolerance, contact_fraction*tolerance), b, self%counted, rows%inverse_mass, &
+                        loads%free_x, loads%free_y, motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, &
+                        motion%rx, motion%ry, contact%impulse, contact%cohesive%impulse, contact%cohesive%separation, &
+                        contact%force, contact%partial)
+      if (at_rest) call contact%cohesive%bear(contact%n_pairs, contact%friction, contact%impulse, b)
    end subroutine step
 
    !> KINETIC damping: the kinetic energy fell in this step, so it peaked in the middle of the last one; start again
