@@ -183,34 +183,55 @@ contains
          self%cohesive%strength(:, p) = 0
       end subroutine start_pair
 
-      !> Half the segment belongs to the pair; of two materials the smaller friction and cohesion count.
+      !> Half the segment belongs to the pair. Friction and cohesion are those of the crack if it has its own, else those of
+      !> the material; of several the smaller count.
       subroutine add_segment(s)
          integer, intent(in) :: s
-         integer :: ends(2, 2), side, e
-         real(wp) :: along(2), sense, energy(2), strength(2), area
+         integer :: ends(2, 2), side, e, crack
+         real(wp) :: along(2), sense, area
          ends = side_nodes(mesh, s)
-         energy = huge(1.0_wp)
-         strength = huge(1.0_wp)
          along = mesh%x(:, ends(2, 1)) - mesh%x(:, ends(1, 1))
          sense = merge(1.0_wp, -1.0_wp, any(ends(:, 1) == self%pair(1, p)))
          ! the outward normal of the first side points to the second
          self%normal(:, p) = self%normal(:, p) + sense*[along(2), -along(1)]
+         crack = mesh%segment_crack(s)
          do side = 1, 2
             e = mesh%section(mesh%segment_element(side, s))
+            if (material%surface_given(crack)) cycle
             self%friction(p) = min(self%friction(p), material%section(e)%friction)
             self%cohesion(p) = min(self%cohesion(p), material%section(e)%cohesion)
-            energy = min(energy, material%section(e)%fracture_energy)
-            if (any(material%section(e)%strength <= 0)) cycle      ! it never breaks; the other side may
-            strength = min(strength, material%section(e)%strength*material%strength_factor(mesh%segment_element(side, s)))
          end do
+         if (material%surface_given(crack)) then
+            self%friction(p) = min(self%friction(p), material%surface(crack)%friction)
+            self%cohesion(p) = min(self%cohesion(p), material%surface(crack)%cohesion)
+         end if
          area = 0.5_wp*norm2(along)*material%section(e)%thickness
          self%area(p) = self%area(p) + area
-         ! what was a crack before the run has nothing to soften; means over the segments of a pair
-         if (mesh%segment_event(s) == 0 .or. .not. all(energy > 0) .or. all(strength >= huge(1.0_wp))) return
+         if (crack == 0) call soften_segment(s, area)      ! what was a crack before the run has nothing to soften
+      end subroutine add_segment
+
+      !> A segment that softens: of two materials the smaller fracture energy and strength count; the pair gets means over
+      !> its segments.
+      subroutine soften_segment(s, area)
+         integer, intent(in) :: s
+         !> the pair's part [length^2]
+         real(wp), intent(in) :: area
+         real(wp) :: energy(2), strength(2)
+         integer :: side, e
+         energy = huge(1.0_wp)
+         strength = huge(1.0_wp)
+         do side = 1, 2
+            e = mesh%segment_element(side, s)
+            associate (section => material%section(mesh%section(e)))
+               energy = min(energy, section%fracture_energy)
+               if (all(section%strength > 0)) strength = min(strength, section%strength*material%strength_factor(e))
+            end associate
+         end do
+         if (.not. all(energy > 0) .or. all(strength >= huge(1.0_wp))) return
          self%cohesive%area(p) = self%cohesive%area(p) + area
          self%cohesive%energy(:, p) = self%cohesive%energy(:, p) + area*energy
          self%cohesive%strength(:, p) = self%cohesive%strength(:, p) + area*strength
-      end subroutine add_segment
+      end subroutine soften_segment
 
    end subroutine collect_pairs
 
