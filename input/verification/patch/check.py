@@ -57,5 +57,5 @@ def draw(case, frames):
         ax.triplot(*(frame.points + scale * frame.displacement).T, frame.cells, color="C0", linewidth=0.7)
         ax.set_aspect("equal")
         ax.axis("off")
-    caption = "The three meshes under shear, displacements enlarged: every triangle is deformed alike, whatever its shape."
+    caption = "The three meshes under shear, displacements enlarged: all triangles are deformed alike."
     case.figure("meshes", figure, caption)
