@@ -240,7 +240,7 @@ class Case:
         axes.set_xlabel("element size h")
         axes.set_ylabel(label or f"error of {quantity}")
         axes.legend(fontsize=7)
-        slug = re.sub(r"[^a-z0-9]+", "_", quantity.lower()).strip("_")
+        slug = re.sub(r"[^a-z0-9]+", "_", quantity.lower())[:30].strip("_")
         self.figure(f"order_{slug}", figure, f"Convergence of {quantity}.")
 
 
