@@ -50,7 +50,7 @@ module rf_contact
       integer(i8), allocatable, private :: key(:)
       integer, allocatable, private :: by_key(:)
    contains
-      procedure :: rebuild, weigh, find_pair, gap, slip, settle, traction, state
+      procedure :: rebuild, weigh, find_pair, gap, slip, settle, traction, state, bonds
    end type contact_t
 
 contains
@@ -406,6 +406,14 @@ contains
       end do
       call self%cohesive%weigh(self%n_pairs)
    end subroutine weigh
+
+   !> Pairs that cohesion still holds together, (2, pairs). After weigh.
+   pure function bonds(self)
+      class(contact_t), intent(in) :: self
+      integer, allocatable :: bonds(:, :)
+      integer :: p
+      bonds = self%pair(:, pack([(p, p=1, self%n_pairs)], self%cohesive%bonded(:self%n_pairs)))
+   end function bonds
 
    !> Opening of a pair [length].
    pure real(wp) function gap(self, motion, p)

@@ -110,13 +110,12 @@ contains
       logical :: at_rest
 
       call system_clock(ticks(1), rate)
-      call pieces%look_at_loads(loads)
-      call self%prepare_masks(mesh, rows, contact, loads, pieces, motion)
       call contact%weigh(rows%inverse_mass, loads%free_x, loads%free_y)
+      call pieces%look_at_loads(loads, contact%bonds())
+      call self%prepare_masks(mesh, rows, contact, loads, pieces, motion)
       start_x = motion%ux(:mesh%n_nodes)
       start_y = motion%uy(:mesh%n_nodes)
-      applied = sqrt(dot_product(loads%px(:mesh%n_nodes), loads%px(:mesh%n_nodes)) &
-                     + dot_product(loads%py(:mesh%n_nodes), loads%py(:mesh%n_nodes)))
+      applied = loads%scale(mesh%n_nodes)
       scale = 0
       largest = 0
       c = 0
