@@ -16,7 +16,7 @@ module rf_cohesive
       real(wp), allocatable :: energy(:, :), strength(:, :)
       !> largest separation of any accepted state; the present one [-], (pairs)
       real(wp), allocatable :: damage(:), separation(:)
-      !> the pair was born by the last split: its strength is that which it bears, where that is more
+      !> the pair was born by the last split and bears all that holds it together, for one step
       logical, allocatable :: rigid(:)
       !> cohesive part of the impulses of the last step, (2, pairs)
       real(wp), allocatable :: impulse(:, :)
@@ -28,7 +28,7 @@ module rf_cohesive
       !> energy dissipated so far, energy that the jumps of the last accepted state would give back [force length]
       real(wp) :: dissipated = 0, stored = 0
    contains
-      procedure :: reserve, permute, start, inherit, weigh, bear, settle, work, is_held
+      procedure :: reserve, permute, start, inherit, weigh, release, settle, work, is_held
    end type cohesive_t
 
 contains
@@ -61,10 +61,11 @@ contains
       self%strength(:, :n) = self%strength(:, order)
    end subroutine permute
 
-   !> A new pair: undamaged, and rigid until it is known what it bears.
+   !> A new pair: undamaged.
    subroutine start(self, p, rigid)
       class(cohesive_t), intent(inout) :: self
       integer, intent(in) :: p
+      !> it bears all that holds it together, until the first step is done
       logical, intent(in) :: rigid
       self%rigid(p) = rigid .and. self%area(p) > 0
       self%damage(p) = 0
@@ -82,22 +83,14 @@ contains
       type(cohesive_t), intent(in) :: old
       !> pairs of the old ones, 0: none, at least one of them is not
       integer, intent(in) :: from(:)
-      integer :: i, n
-      real(wp) :: strength(2)
+      integer :: i
       call self%start(p, .false.)
-      strength = 0
-      n = 0
       do i = 1, size(from)
          if (from(i) == 0) cycle
          self%damage(p) = self%damage(p) + min(1.0_wp, old%damage(from(i)))/size(from)
          self%separation(p) = self%separation(p) + old%separation(from(i))/size(from)
          self%jump(:, p) = self%jump(:, p) + old%jump(:, from(i))/size(from)
-         if (.not. old%area(from(i)) > 0) cycle
-         n = n + 1
-         strength = strength + old%strength(:, from(i))
-         self%rigid(p) = self%rigid(p) .or. old%rigid(from(i))
       end do
-      if (n > 0) self%strength(:, p) = strength/n
    end subroutine inherit
 
    !> Forces and lengths of the laws, for the pairs there are.
@@ -117,28 +110,13 @@ contains
       end do
    end subroutine weigh
 
-   !> The first step after a split is done: new pairs know what holds them together. Where that is more than their
-   !> strength, the strength is raised to it, so that no force jumps (theory: eq. 47).
-   subroutine bear(self, n_pairs, friction, impulse, b)
+   !> The first step after a split is done, in which new pairs bore all that held them together, so that no force jumped
+   !> (theory: eq. 47). From now on they bear their strength.
+   subroutine release(self, n_pairs)
       class(cohesive_t), intent(inout) :: self
       integer, intent(in) :: n_pairs
-      !> (pairs), (2, pairs)
-      real(wp), intent(in) :: friction(:), impulse(:, :)
-      !> factor of the residual in the step's update
-      real(wp), intent(in) :: b
-      real(wp) :: traction(2), ratio
-      integer :: p
-      if (.not. any(self%rigid(:n_pairs))) return
-      do p = 1, n_pairs
-         if (.not. self%rigid(p)) cycle
-         self%rigid(p) = .false.
-         traction(1) = max(0.0_wp, -impulse(1, p))
-         traction(2) = max(0.0_wp, abs(impulse(2, p)) - friction(p)*max(0.0_wp, impulse(1, p)))
-         ratio = norm2(traction/(b*self%area(p)*self%strength(:, p)))
-         if (ratio > 1) self%strength(:, p) = ratio*self%strength(:, p)
-      end do
-      call self%weigh(n_pairs)
-   end subroutine bear
+      self%rigid(:n_pairs) = .false.
+   end subroutine release
 
    !> A converged state is accepted: the separation reached counts from here on, what that cost is booked.
    subroutine settle(self, p, jump)

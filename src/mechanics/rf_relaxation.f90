@@ -189,7 +189,7 @@ contains
                         loads%free_x, loads%free_y, motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, &
                         motion%rx, motion%ry, contact%impulse, contact%cohesive%impulse, contact%cohesive%separation, &
                         contact%force, contact%partial)
-      if (at_rest) call contact%cohesive%bear(contact%n_pairs, contact%friction, contact%impulse, b)
+      if (at_rest) call contact%cohesive%release(contact%n_pairs)
    end subroutine step
 
    !> KINETIC damping: the kinetic energy fell in this step, so it peaked in the middle of the last one; start again
