@@ -8,6 +8,7 @@ module rf_crack_insertion
    use rf_diagnostics, only: diagnostics_t
    use rf_mesh, only: mesh_t
    use rf_model, only: model_t
+   use rf_prescribed_crack, only: cutter_t
    use rf_text, only: to_text
    use rf_topology, only: changes_t
    implicit none
@@ -25,18 +26,50 @@ contains
       character(len=:), allocatable, intent(out) :: note
       type(diagnostics_t), intent(inout) :: diagnostics
       type(fit_t) :: fit
+      integer :: c
       note = ''
       if (cracks%n == 0) return
       call crack_mesh(model%mesh, cracks, fit, model%changes, diagnostics)
       call model%material%adopt(model%changes)
       call model%failure%adopt(model%mesh, model%material, model%changes)
+      do c = 1, cracks%n
+         if (cracks%crack(c)%splitting == crack_element) call cut_crack(model, cracks%crack(c), c, diagnostics)
+      end do
       note = 'cracks from the start: '//to_text(cracks%n)//', '//to_text(model%mesh%n_segments)//' segments'
       if (fit%smallest_angle < pi) note = note//'. The mesh was fitted: '//to_text(fit%moved)//' nodes moved, by '// &
          rounded(fit%largest_move)//' at most, '//to_text(fit%cut)//' edges cut, smallest angle beside them '// &
          rounded(fit%smallest_angle/degree)//' degrees'
    end subroutine insert_cracks
 
-   !> The mesh with all cracks in it.
+   !> Cut a crack through elements. Regions that never break are left as they are.
+   subroutine cut_crack(model, crack, number, diagnostics)
+      type(model_t), intent(inout) :: model
+      type(crack_t), intent(in) :: crack
+      integer, intent(in) :: number
+      type(diagnostics_t), intent(inout) :: diagnostics
+      type(cutter_t) :: cutter
+      integer :: i
+      logical :: done
+      done = .false.
+      call cutter%start(model%mesh, number, crack%point(:, 1))
+      do i = 1, size(crack%point, 2) - 1
+         do while (.not. (done .or. cutter%arrived(model%mesh, crack%point(:, i), crack%point(:, i + 1))))
+            call cutter%advance(model%mesh, crack%point(:, i + 1), model%failure%no_split_node, model%failure%no_split_element, &
+                                model%changes, done)
+            call model%material%adopt(model%changes)
+            call model%failure%adopt(model%mesh, model%material, model%changes)
+         end do
+      end do
+      if (cutter%splits == 0) then
+         call diagnostics%error(crack%place, 'no element can be cut along the crack from its first node, '// &
+                                to_text(model%mesh%node_id(cutter%tip)))
+      else if (cutter%stuck) then
+         call diagnostics%warning(crack%place, 'the crack ends at '//point_text(model%mesh%x(:, cutter%tip))// &
+                                  ': no element can be cut along it there')
+      end if
+   end subroutine cut_crack
+
+   !> The mesh with all cracks in it that follow their lines.
    subroutine crack_mesh(mesh, cracks, fit, changes, diagnostics)
       type(mesh_t), intent(inout) :: mesh
       type(crack_list_t), intent(in) :: cracks
@@ -48,11 +81,7 @@ contains
       call changes%clear()
       call fit_mesh(mesh, cracks, fit, changes)
       do c = 1, cracks%n
-         if (cracks%crack(c)%splitting == crack_element) then
-            call diagnostics%error(cracks%crack(c)%place, 'SPLITTING=ELEMENT is not available in this version; FIT and EDGE are')
-         else
-            call flag_crack(mesh, cracks%crack(c), c, diagnostics)
-         end if
+         if (cracks%crack(c)%splitting /= crack_element) call flag_crack(mesh, cracks%crack(c), c, diagnostics)
       end do
       call open_cracks(mesh, changes)
    end subroutine crack_mesh
