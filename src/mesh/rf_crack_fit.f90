@@ -1,6 +1,6 @@
 !> Fits the mesh to cracks that exist from the start (`*CRACK, SPLITTING=FIT`), so that each lies exactly on its line:
-!> its points become nodes, nodes near the line move onto it, edges that still cross it are cut there (theory: section 7.1, eqs. 35a and 35b).
-!> Afterwards rf_crack_line finds the edges on the line.
+!> its points become nodes, nodes near the line move onto it, edges that still cross it are cut there (theory: section
+!> 7.1, eqs. 35a and 35b). Afterwards rf_crack_line finds the edges on the line.
 module rf_crack_fit
    use rf_kinds, only: wp, i1, i8, pi
    use rf_sort, only: sorted_order
