@@ -42,6 +42,8 @@ module rf_model
       integer :: events = 0, events_tension = 0, events_shear = 0
       !> first node whose contact slipped by more than node pairs hold for (0: none)
       integer :: slip_warning_node = 0
+      !> first nodes at which elements are too large for the fracture energy, in opening and in slip (0: none)
+      integer :: steep_warning_node(2) = 0
       !> what the last event changed
       type(changes_t) :: changes
       !> what no split may change
@@ -85,9 +87,14 @@ contains
       !> it is the first equilibrium after a split
       logical, intent(in) :: at_event
       real(wp) :: friction_work
+      integer :: i, p
       call self%contact%settle(self%motion, self%relaxation%b, friction_work)
       call self%energy%accept(self%loads, self%motion, self%reaction, friction_work, self%contact%cohesive%work(), &
                               self%mesh%n_nodes, at_event)
+      do i = 1, 2
+         p = self%contact%cohesive%steep(i)
+         if (self%steep_warning_node(i) == 0 .and. p > 0) self%steep_warning_node(i) = self%contact%pair(1, p)
+      end do
       if (self%slip_warning_node == 0) self%slip_warning_node = far_slipped_node(self)
    end subroutine accept
 

@@ -1,5 +1,5 @@
 !> The cohesive law of a crack that softens, for one pair of nodes: rigid up to its strength, then falling linearly with
-!> the jump to zero, coming back along the secant (theory: eqs. 42 to 46). Solved implicitly: the traction is that of the
+!> the jump to zero, coming back along the secant (theory: eqs. 23a to 23e). Solved implicitly: the traction is that of the
 !> jump at the end of the step.
 module rf_cohesive_k
    use rf_kinds, only: wp
@@ -95,7 +95,7 @@ contains
    end function traction_ratio
 
    !> Separation of an open or slipping pair, and the parts of the free jump that are left of it: both components pull
-   !> back with the same softened secant (theory: eq. 46).
+   !> back with the same softened secant (theory: eq. 23e).
    pure subroutine envelope(pair, free, separation, share)
       type(cohesive_pair_t), intent(in) :: pair
       real(wp), intent(in) :: free(2)

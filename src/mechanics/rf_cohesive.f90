@@ -1,5 +1,5 @@
 !> Cracks that soften (`*SOFTENING`): what each pair of nodes knows of its cohesive law, kept over splits, and the energy
-!> that it costs (theory: eqs. 42 to 48). rf_cohesive_k holds the law.
+!> that it costs (theory: eqs. 23a to 23d). rf_cohesive_k holds the law.
 module rf_cohesive
    use rf_kinds, only: wp
    use rf_grow, only: grow
@@ -25,6 +25,8 @@ module rf_cohesive
       real(wp), allocatable :: cap(:, :), critical(:, :)
       !> jump at the last accepted state, opening and slip [length], (2, pairs)
       real(wp), allocatable :: jump(:, :)
+      !> first pair whose law is too steep for its elements, in opening and in slip (0: none; theory: eq. 23e)
+      integer :: steep(2) = 0
       !> energy dissipated so far, energy that the jumps of the last accepted state would give back [force length]
       real(wp) :: dissipated = 0, stored = 0
    contains
@@ -94,10 +96,14 @@ contains
    end subroutine inherit
 
    !> Forces and lengths of the laws, for the pairs there are.
-   subroutine weigh(self, n_pairs)
+   subroutine weigh(self, n_pairs, normal_weight, tangent_weight)
       class(cohesive_t), intent(inout) :: self
       integer, intent(in) :: n_pairs
+      !> jumps that unit forces make in a step [length/force], (pairs)
+      real(wp), intent(in) :: normal_weight(:), tangent_weight(:)
+      real(wp) :: steepness(2)
       integer :: p
+      self%steep = 0
       do p = 1, n_pairs
          self%bonded(p) = self%area(p) > 0 .and. self%damage(p) < 1
          if (.not. self%bonded(p)) then
@@ -107,11 +113,13 @@ contains
          end if
          self%cap(:, p) = self%area(p)*self%strength(:, p)
          self%critical(:, p) = 2*self%energy(:, p)/self%strength(:, p)
+         steepness = [normal_weight(p), tangent_weight(p)]*self%cap(:, p)/self%critical(:, p)
+         where (self%steep == 0 .and. steepness >= 1) self%steep = p
       end do
    end subroutine weigh
 
-   !> The first step after a split is done, in which new pairs bore all that held them together, so that no force jumped
-   !> (theory: eq. 47). From now on they bear their strength.
+   !> The first step after a split is done, in which new pairs bore all that held them together, so that no force jumped.
+   !> From now on they bear their strength.
    subroutine release(self, n_pairs)
       class(cohesive_t), intent(inout) :: self
       integer, intent(in) :: n_pairs

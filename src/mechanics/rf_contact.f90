@@ -404,7 +404,7 @@ contains
          ! cannot bear two conditions (they would push each other up without end), and not interpenetrating comes first.
          if (.not. (sx > 0 .and. sy > 0)) self%tangent_weight(p) = 0
       end do
-      call self%cohesive%weigh(self%n_pairs)
+      call self%cohesive%weigh(self%n_pairs, self%normal_weight, self%tangent_weight)
    end subroutine weigh
 
    !> Pairs that cohesion still holds together, (2, pairs). After weigh.
@@ -463,7 +463,8 @@ contains
    end function traction
 
    !> A converged state is accepted: slipping and open pairs measure friction from here on, and have lost their
-   !> cohesion (theory: eq. 23); what softens is damaged to where it is. Returns the work done against friction since the last one: traction at the end times slip.
+   !> cohesion (theory: eq. 23); what softens is damaged to where it is.
+   !> Returns the work done against friction since the last one: traction at the end times slip.
    subroutine settle(self, motion, b, friction_work)
       class(contact_t), intent(inout) :: self
       type(motion_t), intent(in) :: motion
