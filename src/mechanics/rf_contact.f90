@@ -15,6 +15,8 @@ module rf_contact
 
    !> states of a pair
    integer, parameter :: pair_open = 0, pair_slip = 1, pair_stick = 2
+   !> mode of a crack segment that came by tension
+   integer, parameter :: segment_tension = 1
    !> friction force, relative to its limit, from which a pair counts as slipping
    real(wp), parameter :: slip_threshold = 1.0_wp - 1.0e-9_wp
 
@@ -228,6 +230,9 @@ contains
             end associate
          end do
          if (.not. all(energy > 0) .or. all(strength >= huge(1.0_wp))) return
+         ! a crack that came by tension follows the mesh in zigzag: its jump is opening to the body, whatever the segment's
+         ! direction, so its slip must not meet more resistance
+         if (mesh%segment_mode(s) == segment_tension) strength(2) = min(strength(1), strength(2))
          self%cohesive%area(p) = self%cohesive%area(p) + area
          self%cohesive%energy(:, p) = self%cohesive%energy(:, p) + area*energy
          self%cohesive%strength(:, p) = self%cohesive%strength(:, p) + area*strength

@@ -1,4 +1,4 @@
-"""Writes kink_A.inc: a plate of 200 x 200 with a crack of length 40 at A degrees to the y axis, elements of 0.5 at the tips (Gmsh).
+"""Writes kink_A.inc: a plate with a crack at A degrees to the y axis, elements of 0.5 at its tips (Gmsh).
 
     mesh.py A..
 """
@@ -33,7 +33,7 @@ def triangles(geometry, file, folder="."):
     Path(folder, file).write_text("\n".join(lines) + "\n")
 
 
-from_centre = 20.0  # half the length of the crack
+HALF = 20.0  # half the length of the crack
 
 GEOMETRY = """
 Point(1) = {{-100, -100, 0}}; Point(2) = {{100, -100, 0}}; Point(3) = {{100, 100, 0}}; Point(4) = {{-100, 100, 0}};
@@ -49,5 +49,5 @@ Mesh.CharacteristicLengthExtendFromBoundary = 0; Mesh.CharacteristicLengthFromPo
 if __name__ == "__main__":
     for a in sys.argv[1:]:
         turn = math.radians(float(a))
-        x, y = from_centre * math.sin(turn), from_centre * math.cos(turn)
+        x, y = HALF * math.sin(turn), HALF * math.cos(turn)
         triangles(GEOMETRY.format(x=round(x, 6), y=round(y, 6), h=0.5), f"kink_{a}.inc")

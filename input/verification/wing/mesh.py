@@ -1,4 +1,4 @@
-"""Writes wing_hH.inc: a block of 50 x 100 with a flaw of 5 at 45 degrees in its middle, elements of H at its tips (Gmsh).
+"""Writes wing_hH.inc: a block of 50 x 100 with a flaw at 45 degrees, elements of H at its tips (Gmsh).
 
     mesh.py H..
 """
