@@ -31,8 +31,8 @@ def check(case):
 
 
 def constant_of(frame):
-    """c of E_cut/E = 1/(1 + c/pf) if every edge of this mesh were a joint of stiffness pf E/h that gives along its normal
-    only: h/A sum of L n_y^4, with h the mean edge length, L and n length and normal of the edges inside the body."""
+    """c of E_cut/E = 1/(1 + c/pf) if every edge of this mesh were a joint of stiffness pf E/h that gives along its
+    normal only: h/A sum of L n_y^4, with h the mean edge length, L and n length and normal of the inner edges."""
     edges = np.sort(np.vstack([frame.cells[:, [0, 1]], frame.cells[:, [1, 2]], frame.cells[:, [2, 0]]]), axis=1)
     edges, times = np.unique(edges, axis=0, return_counts=True)
     along = np.diff(frame.points[edges][:, :, :2], axis=1)[:, 0]
@@ -63,10 +63,11 @@ def draw(case, counts, stiffness, lost):
     case.figure(
         "stiffness",
         figure,
-        "Stiffness of the block. Left: rfem with more and more closed cracks. Right: what programs lose that put joints of stiffness"
-        " pf E/h on the edges of a triangle mesh.",
+        "Stiffness of the block. Left: rfem with more and more closed cracks. Right: what programs lose that put joints"
+        " of stiffness pf E/h on the edges of a triangle mesh.",
     )
     loss = [100 * (1 - 1 / (1 + RULE / pf)) for pf in (2.5, 40)]
     case.note(
-        f"1/(1 + 1.24/pf) loses {loss[0]:.0f} % at pf = 2.5 and {loss[1]:.0f} % at pf = 40; rfem nothing at any number of cracks."
+        f"1/(1 + 1.24/pf) loses {loss[0]:.0f} % at pf = 2.5 and {loss[1]:.0f} % at pf = 40; rfem loses nothing at any"
+        " number of cracks."
     )

@@ -47,7 +47,8 @@ def check(case):
     case.order("slip along the crack", np.array(sizes) / 1e3, errors, at_least=0.8)
     scatter = np.sqrt((length * (traction - mean) ** 2)[inner].sum() / length[inner].sum())
     case.note(
-        f"The tractions of single segments scatter by {scatter:.2f} MPa about their mean: pairs of nodes whose triangles differ."
+        f"The tractions of single segments scatter by {scatter:.2f} MPa about their mean: each is that of two pairs of"
+        " nodes, whose triangles differ."
     )
     draw(case, s, slip, traction)
 

@@ -17,6 +17,7 @@ from pathlib import Path
 
 HALF_WIDTH, GROWTH = 12.0, 0.15
 ANGLE = math.radians(20.0)  # between crack and load, which is along y
+TIP = (math.sin(ANGLE), math.cos(ANGLE))
 GEOMETRY = """
 Point(1) = {{-{w}, -{w}, 0}}; Point(2) = {{{w}, -{w}, 0}}; Point(3) = {{{w}, {w}, 0}}; Point(4) = {{-{w}, {w}, 0}};
 Line(1) = {{1, 2}}; Line(2) = {{2, 3}}; Line(3) = {{3, 4}}; Line(4) = {{4, 1}};
@@ -29,7 +30,7 @@ Mesh.CharacteristicLengthExtendFromBoundary = 0; Mesh.CharacteristicLengthFromPo
 """
 
 
-def make(h, path, w=HALF_WIDTH, tip=(math.sin(ANGLE), math.cos(ANGLE))):
+def make(h, path, w=HALF_WIDTH, tip=TIP):
     """A mesh with triangles of size h at the line from -tip to tip."""
     with tempfile.TemporaryDirectory() as folder:
         geometry, mesh = Path(folder) / "plate.geo", Path(folder) / "plate.inp"

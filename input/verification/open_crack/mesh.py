@@ -1,6 +1,9 @@
 #!/usr/bin/env python3
-"""Makes the meshes of this case again, with Gmsh, as those of the frictional crack: a plate of 1200 x 1200 mm, triangles of
-4, 2 and 1 mm about the line of the crack (-50, 0) to (50, 0), which is no part of the mesh."""
+"""Makes the meshes of this case again, with Gmsh, as those of the frictional crack.
+
+A plate of 1200 x 1200 mm, triangles of 4, 2 and 1 mm about the line of the crack (-50, 0) to (50, 0), which is no part
+of the mesh.
+"""
 
 import importlib.util
 from pathlib import Path

@@ -44,8 +44,8 @@ def check(case):
         largest = np.hypot(*u.T).max()
         case.at_most(f"{state}: opening and slip / largest displacement", max(openings) / largest, 1e-9, kind="exact")
     case.note(
-        f"Mean error of the normal tractions along the cracks: {max(tractions):.2g} of the larger pressure. A pair of nodes at a"
-        " bend or a crossing has one normal for all its edges, so tractions there are mixed; the stresses are not."
+        f"Mean error of the normal tractions along the cracks: {max(tractions):.2g} of the larger pressure. A pair of"
+        " nodes at a bend or a crossing has one normal for all its edges, which mixes tractions there."
     )
     draw(case, results[:2])
 
