@@ -5,6 +5,7 @@ module rf_energy
    use rf_grow, only: grow
    use rf_loads, only: loads_t
    use rf_motion, only: motion_t
+   use rf_renumber, only: renumbering_t, carry
    use rf_topology, only: changes_t
    implicit none
    private
@@ -20,7 +21,7 @@ module rf_energy
       !> displacements, applied forces and reactions of the last accepted equilibrium, (nodes)
       real(wp), allocatable, private :: ux(:), uy(:), px(:), py(:), qx(:), qy(:)
    contains
-      procedure :: prepare, accept, adopt, error, strain_energy
+      procedure :: prepare, accept, adopt, renumber, take_out, error, strain_energy
    end type energy_t
 
 contains
@@ -121,6 +122,41 @@ contains
       self%px(:n_nodes) = loads%applied(1, :n_nodes)
       self%py(:n_nodes) = loads%applied(2, :n_nodes)
    end subroutine adopt
+
+   !> Follow new numbers of the nodes.
+   subroutine renumber(self, map)
+      class(energy_t), intent(inout) :: self
+      type(renumbering_t), intent(in) :: map
+      call carry(self%ux, map%node_from)
+      call carry(self%uy, map%node_from)
+      call carry(self%px, map%node_from)
+      call carry(self%py, map%node_from)
+      call carry(self%qx, map%node_from)
+      call carry(self%qy, map%node_from)
+   end subroutine renumber
+
+   !> Elements were removed: the strain energy that they hold leaves the body with them, as negative external work. From now on
+   !> the forces by which they acted on the rest are loads of the exposed nodes (theory: eq. 47).
+   subroutine take_out(self, stored, exposed, loads, reaction)
+      class(energy_t), intent(inout) :: self
+      !> of the removed elements [force length]
+      real(wp), intent(in) :: stored
+      !> nodes whose forces have changed
+      integer, intent(in) :: exposed(:)
+      type(loads_t), intent(in) :: loads
+      !> force of the supports on the body [force], (2, nodes)
+      real(wp), intent(in) :: reaction(:, :)
+      integer :: i, n
+      self%external = self%external - stored
+      self%strain = self%strain - stored
+      do i = 1, size(exposed)
+         n = exposed(i)
+         self%px(n) = loads%applied(1, n)
+         self%py(n) = loads%applied(2, n)
+         self%qx(n) = reaction(1, n)
+         self%qy(n) = reaction(2, n)
+      end do
+   end subroutine take_out
 
    !> What the ledger does not account for, relative to the largest external work [-].
    pure real(wp) function error(self)
