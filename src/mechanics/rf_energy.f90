@@ -18,10 +18,13 @@ module rf_energy
       real(wp) :: largest_external = 0
       !> released by the last event
       real(wp) :: released_by_event = 0
+      !> an equilibrium has been accepted
+      logical, private :: begun = .false.
       !> displacements, applied forces and reactions of the last accepted equilibrium, (nodes)
       real(wp), allocatable, private :: ux(:), uy(:), px(:), py(:), qx(:), qy(:)
    contains
       procedure :: prepare, accept, adopt, renumber, take_out, error, strain_energy
+      procedure, private :: take_loads
    end type energy_t
 
 contains
@@ -33,10 +36,21 @@ contains
       type(loads_t), intent(in) :: loads
       integer, intent(in) :: n_nodes
       call reserve(self, n_nodes)
-      if (.not. allocated(loads%initial)) return
-      self%px(:n_nodes) = loads%initial(1, :n_nodes)
-      self%py(:n_nodes) = loads%initial(2, :n_nodes)
+      call self%take_loads(loads, n_nodes)
    end subroutine prepare
+
+   !> Forces at the start of the next increment: the loads; before the first one what holds the initial stress.
+   subroutine take_loads(self, loads, n)
+      class(energy_t), intent(inout) :: self
+      type(loads_t), intent(in) :: loads
+      !> nodes
+      integer, intent(in) :: n
+      self%px(:n) = loads%applied(1, :n)
+      self%py(:n) = loads%applied(2, :n)
+      if (self%begun .or. .not. allocated(loads%initial)) return
+      self%px(:n) = loads%initial(1, :n)
+      self%py(:n) = loads%initial(2, :n)
+   end subroutine take_loads
 
    subroutine reserve(self, n)
       class(energy_t), intent(inout) :: self
@@ -94,8 +108,8 @@ contains
       self%released = self%released + self%released_by_event
       self%ux(:n) = motion%ux(:n)
       self%uy(:n) = motion%uy(:n)
-      self%px(:n) = loads%applied(1, :n)
-      self%py(:n) = loads%applied(2, :n)
+      self%begun = .true.
+      call self%take_loads(loads, n)
       self%qx(:n) = reaction(1, :n)
       self%qy(:n) = reaction(2, :n)
    end subroutine accept
@@ -119,8 +133,7 @@ contains
          self%qx(n) = 0
          self%qy(n) = 0
       end do
-      self%px(:n_nodes) = loads%applied(1, :n_nodes)
-      self%py(:n_nodes) = loads%applied(2, :n_nodes)
+      call self%take_loads(loads, n_nodes)
    end subroutine adopt
 
    !> Follow new numbers of the nodes.
@@ -137,7 +150,7 @@ contains
 
    !> Elements were removed: the strain energy that they hold leaves the body with them, as negative external work. From now on
    !> the forces by which they acted on the rest are loads of the exposed nodes (theory: eq. 47).
-   subroutine take_out(self, stored, exposed, loads, reaction)
+   subroutine take_out(self, stored, exposed, loads, reaction, n_nodes)
       class(energy_t), intent(inout) :: self
       !> of the removed elements [force length]
       real(wp), intent(in) :: stored
@@ -146,13 +159,14 @@ contains
       type(loads_t), intent(in) :: loads
       !> force of the supports on the body [force], (2, nodes)
       real(wp), intent(in) :: reaction(:, :)
+      integer, intent(in) :: n_nodes
       integer :: i, n
       self%external = self%external - stored
+      self%largest_external = max(self%largest_external, abs(self%external))
       self%strain = self%strain - stored
+      call self%take_loads(loads, n_nodes)
       do i = 1, size(exposed)
          n = exposed(i)
-         self%px(n) = loads%applied(1, n)
-         self%py(n) = loads%applied(2, n)
          self%qx(n) = reaction(1, n)
          self%qy(n) = reaction(2, n)
       end do

@@ -590,13 +590,14 @@ contains
       call carry(self%cx, map%node_from)
       call carry(self%cy, map%node_from)
       call carry(self%ends, map%node_from)
-      allocate (support, source=self%support(:, map%node_from))
-      call move_alloc(support, self%support)
+      allocate (support(2, map%n_nodes))
       do n = 1, map%n_nodes
+         support(:, n) = self%support(:, map%node_from(n))
          if (self%ends(1, n) == 0) cycle
          self%ends(:, n) = map%node(self%ends(:, n))
          if (any(self%ends(:, n) == 0)) self%ends(:, n) = 0
       end do
+      call move_alloc(support, self%support)
       n = 0
       do i = 1, self%n_forces
          if (map%node(self%force(i)%node) == 0) cycle
