@@ -38,6 +38,8 @@ module rf_simulation
       !> what is taken out of the body when a step begins
       type(removal_t), allocatable :: removals(:)
       type(recorder_t) :: recorder
+      !> what the log says of the cracks that exist from the start
+      character(len=:), allocatable :: cracks_note
       type(log_t) :: log
       !> exit status, and what to tell the user if it is not 0
       integer :: status = exit_done
