@@ -163,7 +163,7 @@ contains
       integer :: i
       allocate (order, source=sorted_order(int(rank, i8)))
       do i = 1, size(rank)
-         rank(order(i)) = i
+         rank (order(i)) = i
       end do
    end subroutine close_gaps
 
