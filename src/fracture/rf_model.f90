@@ -114,8 +114,8 @@ contains
       type(split_t), intent(in) :: plan
       !> part of the step that is done [-] and step time: the loads are shared anew
       real(wp), intent(in) :: fraction, time
-      self%events = self%events + 1
       self%mesh_changes = self%mesh_changes + 1
+      self%events = self%events + 1
       call split_mesh(self%mesh, plan, self%events, self%changes)     ! the only phase in which anything grows
       call self%material%adopt(self%changes)
       call self%motion%adopt(self%changes)
