@@ -4,6 +4,7 @@ module rf_failure
    use rf_kinds, only: wp, i1
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
+   use rf_renumber, only: renumbering_t, carry
    use rf_topology, only: changes_t
    use rf_material, only: material_t
    use rf_motion, only: motion_t
@@ -49,6 +50,8 @@ module rf_failure
       logical, allocatable :: no_split_node(:), no_split_element(:)
       !> the node has no admissible direction until its fan changes, (nodes)
       logical, allocatable :: exhausted(:)
+      !> a crack that softens goes through the node and bounds what it bears: it does not fail until that is broken, (nodes)
+      logical, allocatable :: shielded(:)
       !> tensile strength, cohesion, tangent of the friction angle of each element, (3, elements)
       real(wp), allocatable :: element_strength(:, :)
       !> stresses of the elements, tension positive [stress], (3, elements); their utilisation and mode
@@ -67,7 +70,7 @@ module rf_failure
       !> each node, (nodes)
       real(wp), allocatable, private :: element_bound(:), screen(:)
    contains
-      procedure :: prepare, adopt, look, look_everywhere, plan
+      procedure :: prepare, adopt, shield, renumber, look, look_everywhere, plan
       procedure, private :: reserve, stress_of_elements, set_strength, look_at_node, candidates, find_largest, note_out_of_plane
    end type failure_t
 
@@ -90,6 +93,7 @@ contains
       type(mesh_t), intent(in) :: mesh
       call grow(self%no_split_node, mesh%n_nodes)
       call grow(self%exhausted, mesh%n_nodes)
+      call grow(self%shielded, mesh%n_nodes)
       call grow(self%stress, mesh%n_nodes, 3)
       call grow(self%utilisation, mesh%n_nodes)
       call grow(self%deciding_material, mesh%n_nodes)
@@ -142,6 +146,44 @@ contains
          end do
       end do
    end subroutine adopt
+
+   !> Follow new numbers; exposed nodes may fail again.
+   subroutine renumber(self, map, exposed)
+      class(failure_t), intent(inout) :: self
+      type(renumbering_t), intent(in) :: map
+      !> nodes that lost elements, new numbers
+      integer, intent(in) :: exposed(:)
+      call carry(self%no_split_node, map%node_from)
+      call carry(self%exhausted, map%node_from)
+      call carry(self%shielded, map%node_from)
+      call carry(self%stress, map%node_from)
+      call carry(self%utilisation, map%node_from)
+      call carry(self%deciding_material, map%node_from)
+      call carry(self%mode, map%node_from)
+      call carry(self%screen, map%node_from)
+      call carry(self%no_split_element, map%element_from)
+      call carry(self%element_strength, map%element_from)
+      call carry(self%element_stress, map%element_from)
+      call carry(self%element_utilisation, map%element_from)
+      call carry(self%element_bound, map%element_from)
+      call carry(self%element_mode, map%element_from)
+      self%exhausted(pack(exposed, exposed <= map%n_nodes)) = .false.
+      if (self%out_of_plane_node > 0) self%out_of_plane_node = map%node(self%out_of_plane_node)
+   end subroutine renumber
+
+   !> Nodes of pairs that cohesion still holds together do not fail: the traction across their crack is bounded by the
+   !> strength already, and beside it the recovered stress is that strength within its error.
+   subroutine shield(self, n_nodes, bonds)
+      class(failure_t), intent(inout) :: self
+      integer, intent(in) :: n_nodes
+      !> (2, pairs)
+      integer, intent(in) :: bonds(:, :)
+      integer :: i
+      self%shielded(:n_nodes) = .false.
+      do i = 1, size(bonds, 2)
+         self%shielded(bonds(:, i)) = .true.
+      end do
+   end subroutine shield
 
    !> Stresses and utilisation of all elements.
    subroutine stress_of_elements(self, mesh, material, motion)
@@ -218,7 +260,7 @@ contains
       integer :: n
       allocate (wanted(mesh%n_nodes))
       do n = 1, mesh%n_nodes
-         wanted(n) = .not. (self%no_split_node(n) .or. self%exhausted(n) .or. mesh%hinge(n))
+         wanted(n) = .not. (self%no_split_node(n) .or. self%exhausted(n) .or. self%shielded(n) .or. mesh%hinge(n))
       end do
       threshold = screen_margin*min(1.0_wp, maxval(self%screen(:mesh%n_nodes), wanted))
       do n = 1, mesh%n_nodes
@@ -231,7 +273,8 @@ contains
          ! the node that the screen puts first may come out lower: those that could still be above what was found
          call self%find_largest(mesh)
          do n = 1, mesh%n_nodes
-            wanted(n) = .not. (wanted(n) .or. self%no_split_node(n) .or. self%exhausted(n) .or. mesh%hinge(n)) .and. &
+            wanted(n) = .not. (wanted(n) .or. self%no_split_node(n) .or. self%exhausted(n) .or. self%shielded(n) .or. &
+                               mesh%hinge(n)) .and. &
                         self%screen(n) > 0 .and. self%screen(n) >= screen_margin*min(1.0_wp, self%largest)
          end do
          if (any(wanted)) call look_at_nodes(self, mesh, material, wanted)
@@ -262,7 +305,7 @@ contains
          if (self%exhausted(n)) then
             self%n_exhausted = self%n_exhausted + 1
             self%largest_exhausted = max(self%largest_exhausted, self%utilisation(n))
-         else if (.not. (self%no_split_node(n) .or. mesh%hinge(n))) then
+         else if (.not. (self%no_split_node(n) .or. self%shielded(n) .or. mesh%hinge(n))) then
             self%largest = max(self%largest, self%utilisation(n))
          end if
       end do
@@ -362,7 +405,7 @@ contains
       end do
       self%largest = 0
       do node = 1, mesh%n_nodes
-         if (.not. (self%exhausted(node) .or. self%no_split_node(node) .or. mesh%hinge(node))) &
+         if (.not. (self%exhausted(node) .or. self%shielded(node) .or. self%no_split_node(node) .or. mesh%hinge(node))) &
             self%largest = max(self%largest, self%utilisation(node))
       end do
    end subroutine plan
@@ -389,7 +432,7 @@ contains
 
       logical function may_fail(n)
          integer, intent(in) :: n
-         may_fail = .not. (self%exhausted(n) .or. self%no_split_node(n) .or. mesh%hinge(n))
+         may_fail = .not. (self%exhausted(n) .or. self%shielded(n) .or. self%no_split_node(n) .or. mesh%hinge(n))
       end function may_fail
 
    end function largest_admissible

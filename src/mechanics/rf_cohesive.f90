@@ -3,13 +3,12 @@
 module rf_cohesive
    use rf_kinds, only: wp
    use rf_grow, only: grow
+   use rf_renumber, only: carry
    implicit none
    private
    public :: cohesive_t
 
    type :: cohesive_t
-      !> any pair softens
-      logical :: any = .false.
       !> area that softens [length^2]; 0: the pair is brittle, (pairs)
       real(wp), allocatable :: area(:)
       !> fracture energy [energy/length^2] and strength [stress] of opening and slip, (2, pairs)
@@ -30,7 +29,7 @@ module rf_cohesive
       !> energy dissipated so far, energy that the jumps of the last accepted state would give back [force length]
       real(wp) :: dissipated = 0, stored = 0
    contains
-      procedure :: reserve, permute, start, inherit, weigh, release, settle, work, is_held
+      procedure :: reserve, permute, keep, start, inherit, weigh, release, settle, work, is_held
    end type cohesive_t
 
 contains
@@ -63,6 +62,24 @@ contains
       self%strength(:, :n) = self%strength(:, order)
    end subroutine permute
 
+   !> Only some pairs stay, in a new order.
+   subroutine keep(self, stay)
+      class(cohesive_t), intent(inout) :: self
+      !> their present numbers
+      integer, intent(in) :: stay(:)
+      call carry(self%area, stay)
+      call carry(self%energy, stay)
+      call carry(self%strength, stay)
+      call carry(self%damage, stay)
+      call carry(self%separation, stay)
+      call carry(self%rigid, stay)
+      call carry(self%impulse, stay)
+      call carry(self%bonded, stay)
+      call carry(self%cap, stay)
+      call carry(self%critical, stay)
+      call carry(self%jump, stay)
+   end subroutine keep
+
    !> A new pair: undamaged.
    subroutine start(self, p, rigid)
       class(cohesive_t), intent(inout) :: self
@@ -74,7 +91,7 @@ contains
       self%separation(p) = 0
       self%impulse(:, p) = 0
       self%jump(:, p) = 0
-      self%any = self%any .or. self%area(p) > 0
+      self%bonded(p) = self%area(p) > 0
    end subroutine start
 
    !> A pair that was there before, or one on a crack that was: the mean of what its ancestors know. An end at which the
@@ -93,6 +110,7 @@ contains
          self%separation(p) = self%separation(p) + old%separation(from(i))/size(from)
          self%jump(:, p) = self%jump(:, p) + old%jump(:, from(i))/size(from)
       end do
+      self%bonded(p) = self%area(p) > 0 .and. self%damage(p) < 1
    end subroutine inherit
 
    !> Forces and lengths of the laws, for the pairs there are.
@@ -139,6 +157,7 @@ contains
          self%dissipated = self%dissipated + self%area(p)*(reached - self%damage(p))* &
                            0.5_wp*(mixed(self, p, self%jump(:, p), jump) + mixed(self, p, jump, jump))
          self%damage(p) = reached
+         self%bonded(p) = reached < 1
       end if
       self%jump(:, p) = jump
       if (self%damage(p) > 0) self%stored = self%stored + self%area(p)*(1/self%damage(p) - 1)* &

@@ -47,7 +47,7 @@ def check(case):
         values, u = {"NX": nx, "NY": ny}, None
         for damping in ("ADAPTIVE",) if case.quick and size != "2k" else DAMPINGS:
             deck = case.edited("relaxation.inp", ("ADAPTIVE", damping), name=f"{damping}.inp".lower())
-            result = case.run(deck, set=values, name=f"{damping}_{size}".lower(), timeout=900)
+            result = case.run(deck, set=values, name=f"{damping}_{size}".lower(), timeout=1500)
             frame = result.frames[-1]
             if u is None:
                 u = direct(frame.points, frame.cells)
@@ -67,8 +67,10 @@ def draw(case, iterations):
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=(3.8, 2.8))
-    for damping, counts in iterations.items():
-        axes.loglog(list(counts), list(counts.values()), "o-", label=damping, markersize=4)
+    for (damping, counts), style in zip(iterations.items(), ("o-", "s-", "^-", "v--")):
+        axes.loglog(list(counts), list(counts.values()), style, label=damping, markersize=4)
+    axes.set_xticks(list(counts), [f"{count:,}" for count in counts])
+    axes.xaxis.set_minor_locator(plt.NullLocator())
     axes.set(xlabel="elements", ylabel="iterations from rest to 1e-8")
     axes.legend(fontsize=7)
     case.figure("iterations", figure, "Iterations from rest to a residual of 1e-8 on three meshes of the beam.")
