@@ -5,7 +5,7 @@ module rf_failure
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
    use rf_renumber, only: renumbering_t, carry
-   use rf_topology, only: changes_t
+   use rf_topology, only: changes_t, side_nodes, elements_around
    use rf_material, only: material_t
    use rf_motion, only: motion_t
    use rf_stress_k, only: element_stresses, spread_largest
@@ -50,8 +50,10 @@ module rf_failure
       logical, allocatable :: no_split_node(:), no_split_element(:)
       !> the node has no admissible direction until its fan changes, (nodes)
       logical, allocatable :: exhausted(:)
-      !> a crack that softens goes through the node and bounds what it bears: it does not fail until that is broken, (nodes)
+      !> a crack that softens goes through the node or beside it: it does not fail until that is broken, (nodes)
       logical, allocatable :: shielded(:)
+      !> the tip of a crack that softens, (nodes)
+      logical, allocatable :: soft_tip(:)
       !> tensile strength, cohesion, tangent of the friction angle of each element, (3, elements)
       real(wp), allocatable :: element_strength(:, :)
       !> stresses of the elements, tension positive [stress], (3, elements); their utilisation and mode
@@ -94,6 +96,7 @@ contains
       call grow(self%no_split_node, mesh%n_nodes)
       call grow(self%exhausted, mesh%n_nodes)
       call grow(self%shielded, mesh%n_nodes)
+      call grow(self%soft_tip, mesh%n_nodes)
       call grow(self%stress, mesh%n_nodes, 3)
       call grow(self%utilisation, mesh%n_nodes)
       call grow(self%deciding_material, mesh%n_nodes)
@@ -156,6 +159,7 @@ contains
       call carry(self%no_split_node, map%node_from)
       call carry(self%exhausted, map%node_from)
       call carry(self%shielded, map%node_from)
+      call carry(self%soft_tip, map%node_from)
       call carry(self%stress, map%node_from)
       call carry(self%utilisation, map%node_from)
       call carry(self%deciding_material, map%node_from)
@@ -171,18 +175,37 @@ contains
       if (self%out_of_plane_node > 0) self%out_of_plane_node = map%node(self%out_of_plane_node)
    end subroutine renumber
 
-   !> Nodes of pairs that cohesion still holds together do not fail: the traction across their crack is bounded by the
-   !> strength already, and beside it the recovered stress is that strength within its error.
-   subroutine shield(self, n_nodes, bonds)
+   !> Nodes of a crack that cohesion still holds together, and those one ring beside it and before its tip, do not fail:
+   !> the traction there is bounded by the strength already, and the recovered stress is that strength within its error,
+   !> so that a second crack would run beside the first. The tip itself may fail.
+   subroutine shield(self, mesh, bonds)
       class(failure_t), intent(inout) :: self
-      integer, intent(in) :: n_nodes
-      !> (2, pairs)
+      type(mesh_t), intent(in) :: mesh
+      !> pairs of nodes that cohesion holds together, (2, pairs)
       integer, intent(in) :: bonds(:, :)
-      integer :: i
-      self%shielded(:n_nodes) = .false.
+      integer, allocatable :: around(:)
+      logical, allocatable :: bonded(:)
+      integer :: s, i, k, n, nodes(2, 2)
+      self%shielded(:mesh%n_nodes) = .false.
+      self%soft_tip(:mesh%n_nodes) = .false.
+      if (size(bonds, 2) == 0) return
+      allocate (bonded(mesh%n_nodes), source=.false.)
       do i = 1, size(bonds, 2)
-         self%shielded(bonds(:, i)) = .true.
+         bonded(bonds(:, i)) = .true.
       end do
+      do s = 1, mesh%n_segments
+         nodes = side_nodes(mesh, s)
+         if (.not. any(bonded(nodes(:, 1)) .and. nodes(:, 1) /= nodes(:, 2))) cycle
+         do i = 1, 4
+            n = nodes(1 + mod(i, 2), 1 + mod(i/2, 2))
+            self%soft_tip(n) = nodes(1 + mod(i, 2), 1) == nodes(1 + mod(i, 2), 2)
+            call elements_around(mesh, n, around, k)
+            do k = k, 1, -1
+               self%shielded(mesh%connectivity(:, around(k))) = .true.
+            end do
+         end do
+      end do
+      where (self%soft_tip(:mesh%n_nodes)) self%shielded(:mesh%n_nodes) = .false.
    end subroutine shield
 
    !> Stresses and utilisation of all elements.
@@ -335,20 +358,30 @@ contains
       integer, intent(in) :: node
       type(patch_work_t), intent(inout) :: work
       integer :: list(max_materials), n, i, attempt
-      real(wp) :: stress(3, 1), strength(3, 1), f(1)
-      integer(i1) :: mode(1)
+      real(wp) :: stress(3, 1), strength(3, 1), f(1), fitted(3), of_fit
+      integer(i1) :: mode(1), mode_of_fit
       call materials_at_node(mesh, material, node, work, list, n)
       do i = 1, n
+         of_fit = no_utilisation
          do attempt = 1, 2
             call node_stress(mesh, material, self%element_stress, self%element_strength, node, list(i), attempt == 1, work, &
-                             stress(:, 1), strength(:, 1))
+                             stress(:, 1), strength(:, 1), self%soft_tip(node))
             f = no_utilisation
             mode = mode_none
             if (self%strength(list(i))%given) call self%criterion(list(i))%law%utilisation(1, stress, strength, f, mode)
             ! a plane that says so much more than all elements of its patch is no recovery but an artefact of extrapolation
             ! (teeth of a rough boundary, debris); this also makes the screen a bound
-            if (f(1) <= self%screen(node)/screen_margin) exit
+            if (f(1) > self%screen(node)/screen_margin) cycle
+            if (.not. self%soft_tip(node) .or. attempt == 2) exit
+            of_fit = f(1)      ! there the larger of plane and mean counts: a new pair is rigid, so early does no harm
+            fitted = stress(:, 1)
+            mode_of_fit = mode(1)
          end do
+         if (of_fit > f(1)) then
+            f(1) = of_fit
+            stress(:, 1) = fitted
+            mode(1) = mode_of_fit
+         end if
          if (i > 1 .and. .not. f(1) > self%utilisation(node)) cycle
          self%stress(:, node) = stress(:, 1)
          self%utilisation(node) = f(1)

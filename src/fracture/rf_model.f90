@@ -96,7 +96,7 @@ contains
       call self%contact%settle(self%motion, self%relaxation%b, friction_work)
       call self%energy%accept(self%loads, self%motion, self%reaction, friction_work, self%contact%cohesive%work(), &
                               self%mesh%n_nodes, at_event)
-      call self%failure%shield(self%mesh%n_nodes, self%contact%bonds())
+      call self%failure%shield(self%mesh, self%contact%bonds())
       do i = 1, 2
          p = self%contact%cohesive%steep(i)
          if (self%steep_warning_node(i) == 0 .and. p > 0) self%steep_warning_node(i) = self%contact%pair(1, p)
@@ -136,7 +136,7 @@ contains
       call self%pieces%find(self%mesh)
       call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
       call self%failure%adopt(self%mesh, self%material, self%changes)
-      call self%failure%shield(self%mesh%n_nodes, self%contact%bonds())
+      call self%failure%shield(self%mesh, self%contact%bonds())
       if (checked_build) call self%check()
    end subroutine split
 
@@ -184,7 +184,7 @@ contains
       call self%contact%rebuild(self%mesh, self%material, self%motion, self%changes)
       call self%pieces%find(self%mesh)
       call self%failure%adopt(self%mesh, self%material, self%changes)
-      call self%failure%shield(self%mesh%n_nodes, self%contact%bonds())
+      call self%failure%shield(self%mesh, self%contact%bonds())
       if (self%changes%n_nodes > 0) call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
    end subroutine follow_parted
 

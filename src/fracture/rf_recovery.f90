@@ -32,7 +32,8 @@ module rf_recovery
 contains
 
    !> Stress and strength at a node, from the elements of one material [stress].
-   subroutine node_stress(mesh, material, element_stress, element_strength, node, which, fit, work, stress, strength)
+   subroutine node_stress(mesh, material, element_stress, element_strength, node, which, fit, work, stress, strength, &
+                          soft_tip)
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
       !> stresses of the elements, tension positive, (3, elements); their strength, (3, elements)
@@ -44,7 +45,10 @@ contains
       logical, intent(in) :: fit
       type(patch_work_t), intent(inout) :: work
       real(wp), intent(out) :: stress(3), strength(3)
+      !> the crack that ends at the node softens, so that the plane goes through its flanks too
+      logical, intent(in), optional :: soft_tip
       real(wp) :: total, area
+      logical :: singular
       integer :: i, e
       call gather_patch(mesh, material, node, which, work)
       total = 0
@@ -59,7 +63,9 @@ contains
       end do
       stress = stress/total
       strength = strength/total
-      if (fit .and. .not. work%at_tip) call fit_plane(mesh, element_stress, node, work, stress)
+      singular = work%at_tip
+      if (present(soft_tip)) singular = singular .and. .not. soft_tip
+      if (fit .and. .not. singular) call fit_plane(mesh, element_stress, node, work, stress)
    end subroutine node_stress
 
    !> Materials that meet at a node, ascending.
