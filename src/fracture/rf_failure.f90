@@ -2,6 +2,7 @@
 !> from it. Reads the mesh, never changes it.
 module rf_failure
    use rf_kinds, only: wp, i1
+   use rf_clock, only: stopwatch_t
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t
@@ -42,6 +43,8 @@ module rf_failure
 
    type :: failure_t
       type(fracture_settings_t) :: settings
+      !> time of looking and planning
+      type(stopwatch_t) :: watch
       !> strength and criterion of each material
       type(strength_t), allocatable :: strength(:)
       type(criterion_item_t), allocatable :: criterion(:)
@@ -187,13 +190,14 @@ contains
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
       type(motion_t), intent(in) :: motion
+      call self%watch%start()
       call self%stress_of_elements(mesh, material, motion)
-      if (.not. self%settings%on) then
-         self%largest = 0
-         return
+      self%largest = 0
+      if (self%settings%on) then
+         call spread_largest(mesh%n_elements, mesh%n_nodes, mesh%connectivity, self%element_bound, self%screen)
+         call self%candidates(mesh, material, everywhere=.false.)
       end if
-      call spread_largest(mesh%n_elements, mesh%n_nodes, mesh%connectivity, self%element_bound, self%screen)
-      call self%candidates(mesh, material, everywhere=.false.)
+      call self%watch%stop()
    end subroutine look
 
    !> The same with the stress of every node, for output.
@@ -202,9 +206,11 @@ contains
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
       type(motion_t), intent(in) :: motion
+      call self%watch%start()
       call self%stress_of_elements(mesh, material, motion)
       call spread_largest(mesh%n_elements, mesh%n_nodes, mesh%connectivity, self%element_bound, self%screen)
       call self%candidates(mesh, material, everywhere=.true.)
+      call self%watch%stop()
    end subroutine look_everywhere
 
    !> Fit the patches and find the largest utilisations.
@@ -341,6 +347,7 @@ contains
       real(wp) :: ray(2, max_rays)
       integer :: node, n_rays, m
       type(split_limits_t) :: limits
+      call self%watch%start()
       limits%max_level = self%settings%max_level
       do
          node = largest_admissible(self, mesh)
@@ -365,6 +372,7 @@ contains
          if (.not. (self%exhausted(node) .or. self%no_split_node(node) .or. mesh%hinge(node))) &
             self%largest = max(self%largest, self%utilisation(node))
       end do
+      call self%watch%stop()
    end subroutine plan
 
    !> The failing node with the largest utilisation; of those that tie the one with the lowest id. 0: nothing fails.

@@ -4,6 +4,7 @@ module rf_model
    use, intrinsic :: iso_fortran_env, only: error_unit
    use rf_kinds, only: wp
    use rf_build, only: checked_build
+   use rf_clock, only: stopwatch_t
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t
    use rf_invariants, only: baseline_t, take_baseline, check_invariants
@@ -42,6 +43,8 @@ module rf_model
       integer :: events = 0, events_tension = 0, events_shear = 0
       !> first node whose contact slipped by more than node pairs hold for (0: none)
       integer :: slip_warning_node = 0
+      !> time of splitting
+      type(stopwatch_t) :: watch
       !> what the last event changed
       type(changes_t) :: changes
       !> what no split may change
@@ -109,6 +112,7 @@ contains
       type(split_t), intent(in) :: plan
       !> part of the step that is done [-] and step time: the loads are shared anew
       real(wp), intent(in) :: fraction, time
+      call self%watch%start()
       self%events = self%events + 1
       call split_mesh(self%mesh, plan, self%events, self%changes)     ! the only phase in which anything grows
       call self%material%adopt(self%changes)
@@ -121,6 +125,7 @@ contains
       call self%pieces%find(self%mesh)
       call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
       call self%failure%adopt(self%mesh, self%material, self%changes)
+      call self%watch%stop()
       if (checked_build) call self%check()
    end subroutine split
 

@@ -2,8 +2,8 @@
 
     ./run bench [--quick] [--long] [--only NAME,..] [--peers] [--no-report]
 
-Parts (--only): step, look, event, memory, files, runs, direct. Figures of parts that are left out are taken from the last
-bench.json. It is no test: nothing fails because a machine is slow.
+Parts (--only): step, look, event, memory, files, runs, direct. Figures of parts that are left out are taken from the
+last bench.json. It is no test: nothing fails because a machine is slow.
 """
 
 import argparse
@@ -94,7 +94,9 @@ def machine(bench):
         "processor": fields.get("Model name", "unknown"),
         "identity": ", ".join(f"{name.lower()} {fields[name]}" for name in ("CPU family", "Model") if name in fields),
         "cores": os.cpu_count(),
-        "caches": ", ".join(f"{name[:-6]} {fields[name]}" for name in ("L1d cache", "L2 cache", "L3 cache") if name in fields),
+        "caches": ", ".join(
+            f"{name[:-6]} {fields[name]}" for name in ("L1d cache", "L2 cache", "L3 cache") if name in fields
+        ),
         "memory_gib": int(memory) / 2**20,
         "system": first_line(["uname", "-sr"]),
         "compiler": first_line(["gfortran", "--version"]),

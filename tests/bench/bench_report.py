@@ -59,7 +59,17 @@ def step_table(figures):
                 f"{100 * rate(row) / limit:.0f} %",
             ]
         )
-    heading = ["elements", "threads", "million updates/s", "must", "goal", "reached", "bytes/update", "bound of the bandwidth", "of the bound"]
+    heading = [
+        "elements",
+        "threads",
+        "million updates/s",
+        "must",
+        "goal",
+        "reached",
+        "bytes/update",
+        "bound of the bandwidth",
+        "of the bound",
+    ]
     return table(heading, rows)
 
 
@@ -82,12 +92,22 @@ def contact_table(figures):
     rows = []
     for cracked in (row for row in figures["step"] if row["cracked"]):
         whole = next(
-            row for row in plain_steps(figures) if row["size"] == cracked["size"] and row["threads"] == cracked["threads"]
+            row
+            for row in plain_steps(figures)
+            if row["size"] == cracked["size"] and row["threads"] == cracked["threads"]
         )
         ratio = rate(whole) / rate(cracked)
         share = 100 * cracked["contact_nodes"] / cracked["nodes"]
         rows.append(
-            [SIZES[cracked["size"]], cracked["threads"], f"{share:.1f} %", f"{rate(cracked):.0f}", f"{ratio:.2f}", 1.5, 1.2]
+            [
+                SIZES[cracked["size"]],
+                cracked["threads"],
+                f"{share:.1f} %",
+                f"{rate(cracked):.0f}",
+                f"{ratio:.2f}",
+                1.5,
+                1.2,
+            ]
             + [reached(ratio, 1.5, 1.2, low_is_good=True)]
         )
     return table(
@@ -100,7 +120,17 @@ def look_table(figures):
     rows = []
     for row in figures["look"]:
         bending, uniform = row["look_bending"] / row["step"], row["look_uniform"] / row["step"]
-        rows.append([SIZES[row["size"]], row["threads"], f"{bending:.1f}", 10, 3, reached(bending, 10, 3, True), f"{uniform:.0f}"])
+        rows.append(
+            [
+                SIZES[row["size"]],
+                row["threads"],
+                f"{bending:.1f}",
+                10,
+                3,
+                reached(bending, 10, 3, True),
+                f"{uniform:.0f}",
+            ]
+        )
     return table(["elements", "threads", "steps a look", "must", "goal", "reached", "all nodes alike"], rows)
 
 
@@ -137,7 +167,7 @@ def files_table(figures):
     elements = f"{figure['elements']:,}"
     rows = [
         [f"deck of {elements} elements listed in it read, numbered", f"{figure['listed']['read']:.2f} s", "5 s"],
-        [f"the same mesh generated (*MESH), numbered", f"{figure['generated']['read']:.2f} s", "5 s"],
+        ["the same mesh generated (*MESH), numbered", f"{figure['generated']['read']:.2f} s", "5 s"],
         [f"a frame of {elements} elements (compressed, double displacements)", f"{figure['frame']:.2f} s", "2 s"],
         ["largest memory of that run", f"{figure['listed']['peak_bytes_per_element']:.0f} bytes/element", ""],
     ]
@@ -155,7 +185,13 @@ def runs_table(figures):
             rows.append([f"{row['name']}, h = {row['h']}", row["threads"], "mesh not there"] + [""] * (4 + len(names)))
             continue
         rows.append(
-            [f"{row['name']}, h = {row['h']}", row["threads"], f"{row['elements']:,}", row["events"], f"{row['iterations']:,}"]
+            [
+                f"{row['name']}, h = {row['h']}",
+                row["threads"],
+                f"{row['elements']:,}",
+                row["events"],
+                f"{row['iterations']:,}",
+            ]
             + [f"{row['seconds']:.1f}", f"{row['updates_per_second'] / 1e6:.0f}"]
             + [f"{row['phases'].get(name, 0):.2f}" for name in names]
         )
@@ -172,7 +208,14 @@ def direct_table(figures):
             [f"{row['elements']:,}", f"{row['relaxation']:.2f}", f"{row['iterations']:,}", f"{row['solve']:.2f}"]
             + [f"{row['assembly']:.2f}", calculix, f"{row['difference']:.1e}"]
         )
-    heading = ["elements", "relaxation, 1 thread [s]", "iterations", "SuperLU: solve [s]", "assembly [s]", "CalculiX, whole run [s]"]
+    heading = [
+        "elements",
+        "relaxation, 1 thread [s]",
+        "iterations",
+        "SuperLU: solve [s]",
+        "assembly [s]",
+        "CalculiX, whole run [s]",
+    ]
     return table([*heading, "reactions differ by"], rows)
 
 
@@ -185,7 +228,9 @@ def peers_table(figures):
     for row in plain_steps(figures):
         if row["threads"] == 1 and str(row["size"]) in figure["akantu"]:
             other = figure["akantu"][str(row["size"])]
-            rows.append([SIZES[row["size"]], f"{rate(row):.0f}", f"{other / 1e6:.1f}", f"{rate(row) * 1e6 / other:.0f}"])
+            rows.append(
+                [SIZES[row["size"]], f"{rate(row):.0f}", f"{other / 1e6:.1f}", f"{rate(row) * 1e6 / other:.0f}"]
+            )
     return table(["elements", "rfem, million updates/s", "Akantu, explicit lumped", "ratio"], rows)
 
 
@@ -203,27 +248,28 @@ SECTIONS = (
 )
 
 NOTES = {
-    "The relaxation step": """A complete step: internal forces, damped update, supports, and all sums that damping and the test of
-convergence need. *Bytes an update* counts the rows' entries once and the node arrays u, w, v, f, p and 1/m once (what is
-written is read before); the bound is the bandwidth measured in the same run divided by that, of the fastest memory that
-holds it. Below the bound lies what gathering costs: in the caches that, not the bandwidth, is the limit.""",
-    "Numberings": """Million updates a second by `*JOB, ORDERING=`. NONE keeps the deck's order: here row by row, and at random, which
-is the worst a mesh generator can do.""",
-    "Contact": "Nine of twelve nodes in every 14th row are pairs of a closed crack, with friction.",
-    "A look at the criterion": """In units of a step of the same body. A beam that bends has few nodes near the largest utilisation; the last column is
-the dearest look there is: every node is as near to failure as any other, and every patch is fitted. Between two looks there
-are 300 to 2,000 steps.""",
+    "The relaxation step": """A complete step: internal forces, damped update, supports, and all sums that damping and the test of convergence
+need. *Bytes an update* counts the rows' entries once and the node arrays u, w, v, f, p and 1/m once (what is
+written is read before); the bound is the bandwidth measured in the same run divided by that, of the fastest
+memory that holds it. Below the bound lies what gathering costs: in the caches that, not the bandwidth, is the
+limit.""",
+    "Numberings": """Million updates a second by `*JOB, ORDERING=`. NONE keeps the deck's order: here row by row, and at random,
+which is the worst a mesh generator can do.""",
+    "Contact": """Nine of twelve nodes in every 14th row are pairs of a closed crack, with friction.""",
+    "A look at the criterion": """In units of a step of the same body. A beam that bends has few nodes near the largest utilisation; the last
+column is the dearest look there is: every node is as near to failure as any other, and every patch is fitted.
+Between two looks there are 300 to 2,000 steps.""",
     "A split event": """Medians over many events at random nodes, half of them at the newest nodes, without the relaxation that follows.
-The columns on the right are parts of the whole event. The first event of a run moves all arrays to where they have room to
-grow (factor 1.5).""",
-    "Memory": """Resident memory of a body at work. Everything on: cracks and pairs, criterion and stress of all nodes, the equilibria
-that a run may come back to.""",
-    "Files": "Wall time; the reading is that of the log's line `model:`.",
-    "Whole runs": """The paper's decks as they are, at TOLERANCE = EVENT TOLERANCE = 1e-6. The columns on the right are the log's line
-`time:` in seconds; contact is part of the relaxation.""",
+The columns on the right are parts of the whole event. The first event of a run moves all arrays to where they
+have room to grow (factor 1.5).""",
+    "Memory": """Resident memory of a body at work. Everything on: cracks and pairs, criterion and stress of all nodes, the
+equilibria that a run may come back to.""",
+    "Files": """Wall time; the reading is that of the log's line `model:`.""",
+    "Whole runs": """The paper's decks as they are, at TOLERANCE = EVENT TOLERANCE = 1e-6. The columns on the right are the log's
+line `time:` in seconds; contact is part of the relaxation.""",
     "Equilibrium from rest": """The beam above, from nothing to equilibrium. A relaxation needs iterations in proportion to the beam's length in
-elements, so its time grows as N^1.5; a direct solver's grows less. Relaxation pays where a run is a long sequence of states
-near each other, with contact, friction and growing cracks: it starts each from the last.""",
+elements, so its time grows as N^1.5; a direct solver's grows less. Relaxation pays where a run is a long
+sequence of states near each other, with contact, friction and growing cracks: it starts each from the last.""",
 }
 
 
@@ -260,11 +306,12 @@ Written by `./run bench` (`tests/bench`); do not edit. Measured on {machine["dat
 - {machine["compiler"]}; {machine["version"]}; flags `{machine["flags"]}`
 - load of the machine when the benchmark began: {machine["load"]:.1f}
 
-**How to read the figures.** The unit is element updates per second: elements x relaxation steps / time. Of many measured
-windows the best one counts, because other work on the machine can only slow down; on one thread the processor's time is
-taken, on two the clock's, so that two threads show their true speed only on a machine with nothing else to do. A figure of
-another machine says nothing about this one: compare in one run, beside the bandwidth measured in it. *Must* and *goal* are
-what the project set itself on a machine whose memory brings 86 / 27 to 36 / 16 GB/s a core from L2 / L3 / memory.
+**How to read the figures.** The unit is element updates per second: elements x relaxation steps / time. Of many
+measured windows the best one counts, because other work on the machine can only slow down; on one thread the
+processor's time is taken, on two the clock's, so that two threads show their true speed only on a machine with
+nothing else to do. A figure of another machine says nothing about this one: compare in one run, beside the
+bandwidth measured in it. *Must* and *goal* are what the project set itself on a machine whose memory brings 86 /
+27 to 36 / 16 GB/s a core from L2 / L3 / memory.
 
 {bandwidth_table(figures)}
 
@@ -289,7 +336,9 @@ def roofline(figures, path):
     for threads, colour in ((1, "tab:blue"), (2, "tab:orange")):
         rows = [row for row in steps if row["threads"] == threads]
         megabytes = [row["bytes_per_step"] / 1e6 for row in rows]
-        axes.plot(megabytes, [rate(row) for row in rows], "o-", color=colour, label=f"complete step, {threads} thread(s)")
+        axes.plot(
+            megabytes, [rate(row) for row in rows], "o-", color=colour, label=f"complete step, {threads} thread(s)"
+        )
         wide = figures["bandwidth"][str(threads)]
         edges = [0.8, threads * 1.0, 28.0, 400.0]
         for level, low, high in zip(("L2", "L3", "DRAM"), edges[:-1], edges[1:], strict=True):
@@ -298,7 +347,9 @@ def roofline(figures, path):
             limit = wide["bandwidth_" + level] / per_update / 1e6
             axes.plot([low, high], [limit, limit], "--", color=colour, linewidth=1)
             axes.annotate(f"{level}, {threads}", (high, limit), ha="right", va="bottom", color=colour, fontsize=8)
-    axes.set(xscale="log", xlabel="bytes that a step moves [MB]", ylabel="million element updates per second", ylim=(0, None))
+    axes.set(
+        xscale="log", xlabel="bytes that a step moves [MB]", ylabel="million element updates per second", ylim=(0, None)
+    )
     axes.set_title("Rates (points) and bounds of the measured bandwidth (dashed)", fontsize=10)
     axes.legend(fontsize=8)
     figure.tight_layout()
