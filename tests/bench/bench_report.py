@@ -248,26 +248,35 @@ SECTIONS = (
 )
 
 NOTES = {
-    "The relaxation step": """A complete step: internal forces, damped update, supports, and all sums that damping and the test of convergence
+    "The relaxation step": """\
+A complete step: internal forces, damped update, supports, and all sums that damping and the test of convergence
 need. *Bytes an update* counts the rows' entries once and the node arrays u, w, v, f, p and 1/m once (what is
 written is read before); the bound is the bandwidth measured in the same run divided by that, of the fastest
 memory that holds it. Below the bound lies what gathering costs: in the caches that, not the bandwidth, is the
 limit.""",
-    "Numberings": """Million updates a second by `*JOB, ORDERING=`. NONE keeps the deck's order: here row by row, and at random,
+    "Numberings": """\
+Million updates a second by `*JOB, ORDERING=`. NONE keeps the deck's order: here row by row, and at random,
 which is the worst a mesh generator can do.""",
-    "Contact": """Nine of twelve nodes in every 14th row are pairs of a closed crack, with friction.""",
-    "A look at the criterion": """In units of a step of the same body. A beam that bends has few nodes near the largest utilisation; the last
+    "Contact": """\
+Nine of twelve nodes in every 14th row are pairs of a closed crack, with friction.""",
+    "A look at the criterion": """\
+In units of a step of the same body. A beam that bends has few nodes near the largest utilisation; the last
 column is the dearest look there is: every node is as near to failure as any other, and every patch is fitted.
 Between two looks there are 300 to 2,000 steps.""",
-    "A split event": """Medians over many events at random nodes, half of them at the newest nodes, without the relaxation that follows.
+    "A split event": """\
+Medians over many events at random nodes, half of them at the newest nodes, without the relaxation that follows.
 The columns on the right are parts of the whole event. The first event of a run moves all arrays to where they
 have room to grow (factor 1.5).""",
-    "Memory": """Resident memory of a body at work. Everything on: cracks and pairs, criterion and stress of all nodes, the
+    "Memory": """\
+Resident memory of a body at work. Everything on: cracks and pairs, criterion and stress of all nodes, the
 equilibria that a run may come back to.""",
-    "Files": """Wall time; the reading is that of the log's line `model:`.""",
-    "Whole runs": """The paper's decks as they are, at TOLERANCE = EVENT TOLERANCE = 1e-6. The columns on the right are the log's
+    "Files": """\
+Wall time; the reading is that of the log's line `model:`.""",
+    "Whole runs": """\
+The paper's decks as they are, at TOLERANCE = EVENT TOLERANCE = 1e-6. The columns on the right are the log's
 line `time:` in seconds; contact is part of the relaxation.""",
-    "Equilibrium from rest": """The beam above, from nothing to equilibrium. A relaxation needs iterations in proportion to the beam's length in
+    "Equilibrium from rest": """\
+The beam above, from nothing to equilibrium. A relaxation needs iterations in proportion to the beam's length in
 elements, so its time grows as N^1.5; a direct solver's grows less. Relaxation pays where a run is a long
 sequence of states near each other, with contact, friction and growing cracks: it starts each from the last.""",
 }
