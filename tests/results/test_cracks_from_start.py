@@ -1,4 +1,4 @@
-"""Cracks that exist from the start (*CRACK): what the results say of them, and that all that is attached to the mesh follows."""
+"""Cracks that exist from the start (*CRACK): what results say of them; all that is attached to the mesh follows."""
 
 import h5py
 import numpy as np
