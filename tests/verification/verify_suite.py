@@ -73,17 +73,37 @@ def mark_known(records, known):
 # ---------------------------------------------------------------------------------------------- running
 def git(*arguments):
     """What git answers in the project; empty where it does not."""
-    done = subprocess.run(["git", "-C", str(PROJECT), *arguments], capture_output=True, text=True, check=False)
-    return done.stdout.strip() if done.returncode == 0 else ""
+    with contextlib.suppress(OSError):
+        done = subprocess.run(["git", "-C", str(PROJECT), *arguments], capture_output=True, text=True, check=False)
+        return done.stdout.strip() if done.returncode == 0 else ""
+    return ""
+
+
+# what decides about the rows of every case; those of one case depend on its folder besides
+DECIDING = [
+    *("CMakeLists.txt", "cmake", "src", "postproc", "input/paper", "tests/property", "tests/support"),
+    *("tests/regression", "tests/results", "tests/verification/*.py"),
+    *(":!tests/verification/verify_*.py", ":!tests/verification/test_*.py"),
+]
 
 
 def state_of_project():
     """The commit, with a + when files that decide about results are changed."""
-    changed = git("status", "--porcelain", "--", "src", "input", "postproc", "tests/verification", "cmake")
+    changed = git("status", "--porcelain", "--", "input/verification", *DECIDING)
     return (git("rev-parse", "--short=10", "HEAD") or "unknown") + ("+" if changed else "")
 
 
-def run_case(name, work, quick, cases, limit=TIME_LIMIT):
+def still_holds(record, commit):
+    """Whether the rows are what `commit` gives: made by it, or by one since which nothing that decides has changed."""
+    if record["commit"] == commit:
+        return True
+    if "+" in record["commit"] + commit or not git("rev-parse", "--verify", f"{record['commit']}^{{commit}}"):
+        return False
+    folder = f"input/verification/{record['case']}"
+    return not git("diff", "--name-only", record["commit"], commit, "--", folder, *DECIDING)
+
+
+def run_case(name, work, quick, cases, limit=TIME_LIMIT, commit="unknown"):
     """Run one case in a process of its own; its record, with failing rows for a crash or a time-out."""
     start = time.monotonic()
     folder = Path(work) / name
@@ -116,7 +136,7 @@ def run_case(name, work, quick, cases, limit=TIME_LIMIT):
         record.update(rows=[failed_row(problem)], figures=[], notes=[], message=problem + "\n" + output.read_text())
     else:
         record = json.loads(rows.read_text())
-    record.update(seconds=round(time.monotonic() - start, 1), commit=state_of_project())
+    record.update(seconds=round(time.monotonic() - start, 1), commit=commit)
     rows.write_text(json.dumps(record, indent=1))
     return record
 
@@ -147,10 +167,10 @@ def expected_seconds(name, work):
 
 def run_cases(names, work, quick, jobs, cases):
     """Run cases, `jobs` at a time, the longest first; their records in the order of the names."""
-    lock, finished = threading.Lock(), []
+    lock, finished, commit = threading.Lock(), [], state_of_project()
 
     def one(name):
-        record = run_case(name, work, quick, cases)
+        record = run_case(name, work, quick, cases, commit=commit)
         with lock:
             finished.append(name)
             failed = sum(not row["passed"] for row in record["rows"])
@@ -234,7 +254,7 @@ def facts(records):
     return {
         "date": datetime.date.today().isoformat(),
         "commit": records[0]["commit"],
-        "version": " ".join(version.split()),
+        "version": version.split("\n")[0].strip(),
         "machine": verify_report.machine(),
         "seconds": sum(record["seconds"] for record in records),
     }
@@ -251,15 +271,16 @@ def report_from_files(names, work):
         records.append(json.loads(path.read_text()))
         if records[-1]["quick"]:
             problems.append(f"{name}: only its quick part was run")
-    commits = {}
+    commit = state_of_project()
+    if len({record["commit"] for record in records}) == 1:
+        commit = records[0]["commit"]
     for record in records:
-        commits.setdefault(record["commit"], []).append(record["case"])
-    if len(commits) > 1:
-        problems += [f"from commit {commit}: {' '.join(cases)}" for commit, cases in commits.items()]
+        if not still_holds(record, commit):
+            problems.append(f"{record['case']}: from commit {record['commit']}, not {commit}")
     if problems or not records:
         print("verify: no report, the rows do not belong together:", *problems, sep="\n  ", file=sys.stderr)
         return 1
-    write_report(records, work)
+    write_report([{**record, "commit": commit} for record in records], work)
     return 0
 
 
