@@ -9,7 +9,7 @@ import re
 
 FENCE = re.compile(r"^```(\w+) file=(\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 # what the copy is built from
-PARTS = ("CMakeLists.txt", "CMakePresets.json", "cmake", "src", "tests")
+PARTS = ("CMakeLists.txt", "CMakePresets.json", "cmake", "src", "tests", "postproc")
 
 
 def blocks(page):

@@ -12,7 +12,7 @@ import pytest
 SOURCE = Path(os.environ.get("RFEM_SOURCE_DIR", Path(__file__).resolve().parents[2]))
 PAGES = [SOURCE / "README.md", SOURCE / "CONTRIBUTING.md", *sorted((SOURCE / "docs").glob("*.md"))]
 # made by hand from a run, or by other work than the pages
-MAY_BE_MISSING = {"docs/three_point_bending.png"}
+MAY_BE_MISSING = {"docs/three_point_bending.png", "docs/verification.md"}
 
 
 def text_of(name):

@@ -142,6 +142,7 @@ def test_the_deck_test_passes(built):
 
 
 def test_the_verification_case_passes(built, tmp_path):
-    case = FOLDER / "rfem" / "tests" / "verification" / "quick" / "test_rankine_bar.py"
-    environment = {**os.environ, "RFEM": str(built / "rfem")}
-    run(sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", case, cwd=tmp_path, env=environment)
+    suite = FOLDER / "rfem" / "tests" / "verification" / "verify_suite.py"
+    environment = {**os.environ, "RFEM": str(built / "rfem"), "MPLBACKEND": "Agg"}
+    said = run(sys.executable, suite, "--work", tmp_path, "rankine_bar", env=environment).stdout
+    assert "verification: 2 rows, 2 passed, 0 failed" in said
