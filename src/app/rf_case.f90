@@ -5,7 +5,10 @@ module rf_case
    use rf_diagnostics, only: diagnostics_t, new_place
    use rf_mesh_input, only: mesh_input_t
    use rf_topology, only: build_topology, manifold_ok
+   use rf_crack_input, only: crack_list_t
+   use rf_crack_insertion, only: insert_cracks
    use rf_material_input, only: read_materials
+   use rf_initial_stress_input, only: read_initial_stress
    use rf_strength_input, only: read_strengths, read_no_split
    use rf_relaxation_input, only: read_relaxation
    use rf_fracture_input, only: read_fracture, check_strengths
@@ -31,11 +34,14 @@ contains
       character(len=:), allocatable, intent(out) :: job
       type(diagnostics_t), intent(inout) :: diagnostics
       type(mesh_input_t) :: mesh_input
+      type(crack_list_t) :: cracks
       associate (model => simulation%model)
          call read_job(deck, job)
          call mesh_input%read(deck, model%mesh, diagnostics)
          call connect(simulation, deck, diagnostics)
+         call cracks%read(deck)
          call read_materials(deck, mesh_input, model%mesh, model%material, diagnostics)
+         call read_initial_stress(deck, mesh_input, model%mesh, model%material)
          call read_strengths(deck, model%material, model%failure, diagnostics)
          call model%failure%prepare(model%mesh, model%material)
          call read_no_split(deck, mesh_input, model%mesh, model%failure, diagnostics)
@@ -52,6 +58,7 @@ contains
          call deck%finish(diagnostics)
          if (deck%describing() .or. diagnostics%n_errors > 0) return
          call model%loads%know_faces(model%mesh, simulation%loads, mesh_input%turned)
+         call insert_cracks(cracks, model, simulation%cracks_note, diagnostics)
       end associate
    end subroutine read_case
 

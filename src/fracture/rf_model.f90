@@ -53,15 +53,19 @@ module rf_model
 
 contains
 
-   !> Everything that follows from mesh, sections, strengths and loads; displacements are zero.
+   !> Everything that follows from mesh, sections, strengths and loads; displacements are zero. The changes are those by
+   !> which cracks that exist from the start came into the mesh.
    subroutine prepare(self)
       class(model_t), intent(inout) :: self
       call self%loads%prepare(self%mesh%n_nodes)
+      call self%loads%adopt(self%changes)
+      call self%material%initial%assign_lines(self%mesh, self%material%section%plane_strain)
+      call self%material%initial%nodal_forces(self%mesh, self%material%section%thickness, self%loads%initial)
       call self%rows%build(self%mesh, self%material)
       call self%motion%reserve(self%mesh%n_nodes)
       call self%contact%rebuild(self%mesh, self%material, self%motion)
       call self%pieces%find(self%mesh)
-      call self%energy%prepare(self%mesh%n_nodes)
+      call self%energy%prepare(self%loads, self%mesh%n_nodes)
       allocate (self%reaction(2, self%mesh%n_nodes), source=0.0_wp)
       if (checked_build) call take_baseline(self%mesh, self%baseline)
    end subroutine prepare
@@ -110,6 +114,7 @@ contains
       call self%material%adopt(self%changes)
       call self%motion%adopt(self%changes)
       call self%loads%adopt(self%changes)
+      call self%material%initial%nodal_forces(self%mesh, self%material%section%thickness, self%loads%initial, self%changes)
       call self%loads%apply(self%mesh, self%material, fraction, time)
       call self%rows%update(self%mesh, self%material, self%changes)
       call self%contact%rebuild(self%mesh, self%material, self%motion, self%changes)

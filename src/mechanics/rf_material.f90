@@ -1,12 +1,14 @@
-!> What the elements are made of: sections (material, plane state, thickness) and the scatter of each element.
+!> What the elements are made of: sections (material, plane state, thickness), the scatter of each element, and the stress
+!> it is under from the start.
 module rf_material
    use rf_kinds, only: wp
    use rf_grow, only: grow
    use rf_cst, only: elasticity_t
+   use rf_initial_stress, only: initial_stress_t
    use rf_topology, only: changes_t
    implicit none
    private
-   public :: material_t, section_t
+   public :: material_t, section_t, surface_t
 
    !> A material as a section of the body uses it.
    type :: section_t
@@ -26,14 +28,25 @@ module rf_material
       real(wp) :: young = 0, poisson = 0
    end type section_t
 
+   !> Surfaces of a crack that exists from the start.
+   type :: surface_t
+      !> the deck gives them friction of their own; else that of the materials beside them counts
+      logical :: given = .false.
+      !> coefficient of friction [-], cohesion [stress]
+      real(wp) :: friction = 0, cohesion = 0
+   end type surface_t
+
    type :: material_t
       type(section_t), allocatable :: section(:)
       !> names of the materials, (materials)
       character(len=80), allocatable :: name(:)
+      !> surfaces of each *CRACK (not allocated: there is none), (cracks)
+      type(surface_t), allocatable :: surface(:)
       !> factor of stiffness and of strength (tensile strength, cohesion) of each element [-], (capacity)
       real(wp), allocatable :: stiffness_factor(:), strength_factor(:)
+      type(initial_stress_t) :: initial
    contains
-      procedure :: prepare, adopt
+      procedure :: prepare, adopt, surface_given, out_of_plane
    end type material_t
 
 contains
@@ -45,11 +58,21 @@ contains
       allocate (self%stiffness_factor(n_elements), self%strength_factor(n_elements), source=1.0_wp)
    end subroutine prepare
 
-   !> Children have the factors of the element they were cut from.
+   !> Whether a crack has friction of its own (crack 0, broken in the run, has not).
+   pure logical function surface_given(self, crack)
+      class(material_t), intent(in) :: self
+      !> number of the *CRACK
+      integer, intent(in) :: crack
+      surface_given = .false.
+      if (crack > 0 .and. allocated(self%surface)) surface_given = self%surface(crack)%given
+   end function surface_given
+
+   !> Children have the factors and the initial stress of the element they were cut from.
    subroutine adopt(self, changes)
       class(material_t), intent(inout) :: self
       type(changes_t), intent(in) :: changes
       integer :: i, child, origin
+      call self%initial%adopt(changes)
       do i = 1, changes%n_children
          child = changes%child(1, i)
          origin = changes%child(2, i)
@@ -59,5 +82,22 @@ contains
          self%strength_factor(child) = self%strength_factor(origin)
       end do
    end subroutine adopt
+
+   !> Stress out of the plane that goes with the stress in it (theory: eq. 3) [stress]: what the displacements have added to the
+   !> initial stress tells what they have added out of the plane.
+   pure real(wp) function out_of_plane(self, section, element, stress) result(zz)
+      class(material_t), intent(in) :: self
+      !> of the element
+      integer, intent(in) :: section, element
+      !> xx, yy, xy, the initial stress included [stress]
+      real(wp), intent(in) :: stress(3)
+      real(wp) :: ratio
+      ratio = self%section(section)%law%out_of_plane
+      zz = ratio*(stress(1) + stress(2))
+      if (.not. self%initial%given) return
+      associate (initial => self%initial%stress(:, element))
+         zz = initial(3) + ratio*((stress(1) - initial(1)) + (stress(2) - initial(2)))
+      end associate
+   end function out_of_plane
 
 end module rf_material

@@ -286,27 +286,29 @@ contains
 
    !> Operation 1: put a node at the middle of an edge and cut the one or two triangles on it. A cracked edge gives
    !> each side its own midpoint and two cracked halves.
-   subroutine bisect_edge(mesh, element, edge, changes, midpoint)
+   subroutine bisect_edge(mesh, element, edge, changes, midpoint, position)
       type(mesh_t), intent(inout) :: mesh
       !> the edge: its element and its number there
       integer, intent(in) :: element, edge
       type(changes_t), intent(inout) :: changes
       !> the new node on the element's side
       integer, intent(out) :: midpoint
+      !> where the node is put [length] (absent: the middle)
+      real(wp), intent(in), optional :: position(2)
       integer :: other, k, child, other_child, far_midpoint, segment
       logical :: on_boundary
 
       other = mesh%neighbour(edge, element)
       segment = mesh%segment(edge, element)
       on_boundary = other == 0
-      call new_midpoint(mesh, element, edge, on_boundary, changes, midpoint)
+      call new_midpoint(mesh, element, edge, on_boundary, changes, midpoint, position)
       if (other == 0) then
          call cut_triangle(mesh, element, edge, midpoint, changes, child)
          return
       end if
       k = mesh%edge_index(other, element)
       far_midpoint = midpoint
-      if (segment > 0) call new_midpoint(mesh, other, k, .false., changes, far_midpoint)
+      if (segment > 0) call new_midpoint(mesh, other, k, .false., changes, far_midpoint, position)
       call cut_triangle(mesh, element, edge, midpoint, changes, child)
       call cut_triangle(mesh, other, k, far_midpoint, changes, other_child)
       mesh%neighbour(edge, element) = other_child
@@ -317,17 +319,19 @@ contains
    end subroutine bisect_edge
 
    !> A node at the middle of an edge. It belongs to the node sets of both ends where the edge is a boundary edge.
-   subroutine new_midpoint(mesh, element, edge, on_boundary, changes, node)
+   subroutine new_midpoint(mesh, element, edge, on_boundary, changes, node, position)
       type(mesh_t), intent(inout) :: mesh
       integer, intent(in) :: element, edge
       logical, intent(in) :: on_boundary
       type(changes_t), intent(inout) :: changes
       integer, intent(out) :: node
+      real(wp), intent(in), optional :: position(2)
       integer :: a, b
       a = mesh%connectivity(edge, element)
       b = mesh%connectivity(next_corner(edge), element)
       call append_node(mesh, node)
       mesh%x(:, node) = 0.5_wp*(mesh%x(:, a) + mesh%x(:, b))
+      if (present(position)) mesh%x(:, node) = position
       mesh%node_origin(node) = no_origin
       mesh%share(node) = 0
       mesh%node_membership(:, node) = 0
@@ -412,13 +416,14 @@ contains
    subroutine halve_segment(mesh, segment, first_half, second_half, edges)
       type(mesh_t), intent(inout) :: mesh
       integer, intent(in) :: segment, first_half(2), second_half(2), edges(2)
-      integer :: s, order(2), event
+      integer :: s, order(2), event, crack
       integer(i1) :: mode
       order = [1, 2]       ! keeps which side is the first
       if (mesh%segment_element(1, segment) /= first_half(1)) order = [2, 1]
       mode = mesh%segment_mode(segment)       ! copies: the arrays move when they grow
       event = mesh%segment_event(segment)
-      call append_segment(mesh, mode, event, s)
+      crack = mesh%segment_crack(segment)
+      call append_segment(mesh, mode, event, crack, s)
       mesh%segment_element(:, segment) = first_half(order)
       mesh%segment_element(:, s) = second_half(order)
       mesh%segment(edges(1), first_half(1)) = segment
@@ -427,20 +432,21 @@ contains
       mesh%segment(edges(2), second_half(2)) = s
    end subroutine halve_segment
 
-   subroutine append_segment(mesh, mode, event, segment)
+   subroutine append_segment(mesh, mode, event, crack, segment)
       type(mesh_t), intent(inout) :: mesh
       integer(i1), intent(in) :: mode
-      integer, intent(in) :: event
+      integer, intent(in) :: event, crack
       integer, intent(out) :: segment
       segment = mesh%n_segments + 1
       call mesh%reserve_segments(segment)
       mesh%n_segments = segment
       mesh%segment_mode(segment) = mode
       mesh%segment_event(segment) = event
+      mesh%segment_crack(segment) = crack
    end subroutine append_segment
 
    !> Operation 2: flag an edge as cracked. An edge of the boundary, or one that is cracked already, stays as it is.
-   subroutine crack_edge(mesh, element, edge, mode, event)
+   subroutine crack_edge(mesh, element, edge, mode, event, crack)
       type(mesh_t), intent(inout) :: mesh
       !> the edge: its element and its number there
       integer, intent(in) :: element, edge
@@ -448,11 +454,15 @@ contains
       integer(i1), intent(in) :: mode
       !> number of the event (0: pre-existing)
       integer, intent(in) :: event
-      integer :: other, k, segment
+      !> number of the *CRACK it belongs to (absent: of none)
+      integer, intent(in), optional :: crack
+      integer :: other, k, segment, number
       other = mesh%neighbour(edge, element)
       if (other == 0 .or. mesh%segment(edge, element) > 0) return
       k = mesh%edge_index(other, element)
-      call append_segment(mesh, mode, event, segment)
+      number = 0
+      if (present(crack)) number = crack
+      call append_segment(mesh, mode, event, number, segment)
       mesh%segment(edge, element) = segment
       mesh%segment(k, other) = segment
       mesh%segment_element(:, segment) = [min(element, other), max(element, other)]
