@@ -156,7 +156,6 @@ contains
    subroutine declare_others(deck)
       type(deck_t), intent(inout) :: deck
       call deck%later('DYNAMIC', 'explicit dynamics')
-      call deck%later('MODEL CHANGE', 'excavation')
       call deck%later('SOFTENING', 'fracture energy')
       call deck%later('RESTART', 'checkpoints')
       call deck%skipped('NODE FILE')
