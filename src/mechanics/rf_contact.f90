@@ -209,14 +209,14 @@ contains
          end if
          area = 0.5_wp*norm2(along)*material%section(e)%thickness
          self%area(p) = self%area(p) + area
-         if (crack == 0) call soften_segment(s, area)      ! what was a crack before the run has nothing to soften
+         if (crack == 0) call soften_segment(s, mesh%segment_straight(s)*area)      ! what was a crack before the run has nothing to soften
       end subroutine add_segment
 
       !> A segment that softens: of two materials the smaller fracture energy and strength count; the pair gets means over
       !> its segments.
       subroutine soften_segment(s, area)
          integer, intent(in) :: s
-         !> the pair's part [length^2]
+         !> the pair's part, along the ray that the segment stands for [length^2]
          real(wp), intent(in) :: area
          real(wp) :: energy(2), strength(2)
          integer :: side, e

@@ -11,6 +11,7 @@ module rf_recorder
    use rf_provenance, only: provenance_t
    use rf_hdf5, only: hdf5_file_t
    use rf_digest, only: digest_t
+   use rf_clock, only: stopwatch_t
    use rf_system, only: is_folder, path_exists, remove_file
    implicit none
    private
@@ -21,6 +22,8 @@ module rf_recorder
       type(provenance_t) :: provenance
       !> files written, for the closing summary
       character(len=:), allocatable :: files
+      !> time of writing
+      type(stopwatch_t) :: watch
       !> per step
       type(output_settings_t), allocatable, private :: output(:)
       type(frames_t), private :: frames
@@ -28,9 +31,11 @@ module rf_recorder
       type(hdf5_file_t), private :: file
       !> the last state is not yet among the rows, or the frames
       logical, private :: row_owed = .false., frame_owed = .false.
+      !> events up to the last state after some
+      integer, private :: events = 0
    contains
-      procedure :: create, state, state_not_converged, complete, before_event, event, count_iterations, monitor_reaction, finish
-      procedure :: discard
+      procedure :: create, state, state_not_converged, complete, before_event, write_events, count_iterations
+      procedure :: monitor_reaction, finish, discard
       procedure, private :: take_requests, write_row, write_frame
    end type recorder_t
 
@@ -115,8 +120,9 @@ contains
       logical :: row, frame
       associate (output => self%output(position%step))
          if (kind == frame_after_event) then
-            row = every(model%events, output%history_events)
-            frame = every(model%events, output%field_events)
+            row = passed(self%events, model%events, output%history_events)
+            frame = passed(self%events, model%events, output%field_events)
+            self%events = model%events
          else
             row = kind == frame_start .or. position%last .or. every(position%increment, output%history_frequency)
             frame = kind == frame_start .or. position%last .or. every(position%increment, output%field_frequency)
@@ -129,8 +135,17 @@ contains
       if (allocated(error)) return
       if (frame) call self%write_frame(model, position, kind, error)
       if (allocated(error) .or. kind /= frame_settled .or. position%located) return
+      call self%watch%start()
       call self%tables%write_tables(model, position, error)
+      call self%watch%stop()
    end subroutine state
+
+   !> Whether a count has reached a multiple of a frequency since it was last looked at (0: never).
+   pure logical function passed(before, now, frequency)
+      integer, intent(in) :: before, now, frequency
+      passed = .false.
+      if (frequency > 0) passed = now/frequency > before/frequency
+   end function passed
 
    pure logical function every(count, frequency)
       integer, intent(in) :: count, frequency
@@ -143,7 +158,9 @@ contains
       type(model_t), intent(in) :: model
       type(position_t), intent(in) :: position
       character(len=:), allocatable, intent(out) :: error
+      call self%watch%start()
       call self%history%row(model, position, self%file, error)
+      call self%watch%stop()
       self%row_owed = .false.
    end subroutine write_row
 
@@ -155,7 +172,9 @@ contains
       integer, intent(in) :: kind
       character(len=:), allocatable, intent(out) :: error
       call model%failure%look_everywhere(model%mesh, model%material, model%motion)
+      call self%watch%start()
       call self%frames%write_frame(model, position, kind, error)
+      call self%watch%stop()
       call model%failure%look(model%mesh, model%material, model%motion)
       self%frame_owed = .false.
    end subroutine write_frame
@@ -195,15 +214,16 @@ contains
       call self%history%before_event(model, split)
    end subroutine before_event
 
-   !> The row of an event, once the body has come to rest after it.
-   subroutine event(self, model, position, split, error)
+   !> The rows of the events since the last equilibrium, once the body has come to rest after them.
+   subroutine write_events(self, model, position, error)
       class(recorder_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       type(position_t), intent(in) :: position
-      type(split_t), intent(in) :: split
       character(len=:), allocatable, intent(out) :: error
-      call self%history%event(model, position, split, self%file, error)
-   end subroutine event
+      call self%watch%start()
+      call self%history%write_events(model, position, self%file, error)
+      call self%watch%stop()
+   end subroutine write_events
 
    !> Sum of the reactions of a monitor [force]; the first one for an empty name.
    function monitor_reaction(self, model, name) result(force)
@@ -230,6 +250,7 @@ contains
       character(len=:), allocatable, intent(out) :: error
       logical :: row_written
       call self%complete(model, position, row_written, error)
+      call self%watch%start()
       if (.not. allocated(error)) call self%history%close(error)
       if (.not. allocated(error)) call self%file%end_swmr(error)
       if (.not. allocated(error)) &
@@ -237,6 +258,7 @@ contains
       if (.not. allocated(error)) call self%file%close(error)
       if (.not. allocated(error)) call self%frames%close(error)
       if (.not. allocated(error)) call self%tables%close(error)
+      call self%watch%stop()
    end subroutine finish
 
    !> Close and delete all files of this run.
