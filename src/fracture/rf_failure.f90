@@ -377,32 +377,24 @@ contains
       integer, intent(in) :: node
       type(patch_work_t), intent(inout) :: work
       integer :: list(max_materials), n, i, attempt
-      real(wp) :: stress(3, 1), strength(3, 1), f(1), fitted(3), of_fit
-      integer(i1) :: mode(1), mode_of_fit
+      real(wp) :: stress(3, 1), strength(3, 1), f(1), around(3)
+      integer(i1) :: mode(1)
       call materials_at_node(mesh, material, node, work, list, n)
       do i = 1, n
-         of_fit = no_utilisation
          do attempt = 1, 2
             call node_stress(mesh, material, self%element_stress, self%element_strength, node, list(i), attempt == 1, work, &
-                             stress(:, 1), strength(:, 1), self%soft_tip(node))
+                             stress(:, 1), strength(:, 1), around)
             f = no_utilisation
             mode = mode_none
             if (self%strength(list(i))%given) call self%criterion(list(i))%law%utilisation(1, stress, strength, f, mode)
             ! a plane that says so much more than all elements of its patch is no recovery but an artefact of extrapolation
             ! (teeth of a rough boundary, debris); this also makes the screen a bound
-            if (f(1) > self%screen(node)/screen_margin) cycle
-            if (.not. self%soft_tip(node) .or. attempt == 2) exit
-            of_fit = f(1)      ! there the larger of plane and mean counts: a new pair is rigid, so early does no harm
-            fitted = stress(:, 1)
-            mode_of_fit = mode(1)
+            if (f(1) <= self%screen(node)/screen_margin) exit
          end do
-         if (of_fit > f(1)) then
-            f(1) = of_fit
-            stress(:, 1) = fitted
-            mode(1) = mode_of_fit
-         end if
          if (i > 1 .and. .not. f(1) > self%utilisation(node)) cycle
          self%stress(:, node) = stress(:, 1)
+         ! ahead of a crack that softens both principal stresses are the same: the stress around it tells the direction
+         if (self%soft_tip(node)) self%stress(:, node) = around
          self%utilisation(node) = f(1)
          self%mode(node) = mode(1)
          self%deciding_material(node) = list(i)

@@ -2,7 +2,7 @@
 !> sequences of the three operations of rf_topology; run-through inside (fig. 8) and at the boundary (fig. 9) need nothing
 !> more, because every node of the new crack is re-fanned at the end. A crack along an edge of the mesh bisects nothing.
 module rf_splitting
-   use rf_kinds, only: wp, i1
+   use rf_kinds, only: wp
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t, bisect_edge, crack_edge, refan_node, elements_around, corner_of, next_corner, &
       previous_corner
