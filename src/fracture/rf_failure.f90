@@ -28,6 +28,9 @@ module rf_failure
    !> ratio of the stress intensities of shear and opening over that of the mean stresses round a tip: the mean of the
    !> singular field over a circle is 0.76 K_I across the crack and 0.51 K_II along it
    real(wp), parameter :: mean_ratio = 1.5_wp
+   !> smaller over larger tension from which the principal stresses ahead of a softening tip tell no direction: the mean of
+   !> the singular field has 0.67
+   real(wp), parameter :: isotropic_from = 0.5_wp
    !> utilisations closer than this tie
    real(wp), parameter :: tie = 1.0e-6_wp
    !> materials that may meet at one node
@@ -385,13 +388,13 @@ contains
       integer, intent(in) :: node
       type(patch_work_t), intent(inout) :: work
       integer :: list(max_materials), n, i, attempt
-      real(wp) :: stress(3, 1), strength(3, 1), f(1), around(3)
+      real(wp) :: stress(3, 1), strength(3, 1), f(1)
       integer(i1) :: mode(1)
       call materials_at_node(mesh, material, node, work, list, n)
       do i = 1, n
          do attempt = 1, 2
             call node_stress(mesh, material, self%element_stress, self%element_strength, node, list(i), attempt == 1, work, &
-                             stress(:, 1), strength(:, 1), around)
+                             stress(:, 1), strength(:, 1))
             f = no_utilisation
             mode = mode_none
             if (self%strength(list(i))%given) call self%criterion(list(i))%law%utilisation(1, stress, strength, f, mode)
@@ -401,8 +404,6 @@ contains
          end do
          if (i > 1 .and. .not. f(1) > self%utilisation(node)) cycle
          self%stress(:, node) = stress(:, 1)
-         ! ahead of a crack that softens both principal stresses are the same: the stress around it tells the direction
-         if (self%soft_tip(node)) self%stress(:, node) = around
          self%utilisation(node) = f(1)
          self%mode(node) = mode(1)
          self%deciding_material(node) = list(i)
@@ -487,12 +488,13 @@ contains
       integer, intent(in) :: node
       real(wp), intent(out) :: ray(:, :)
       integer, intent(out) :: n_rays
-      real(wp) :: d(2), normal, shear, ratio, turn
+      real(wp) :: d(2), normal, shear, ratio, turn, s1, s3
       associate (m => self%deciding_material(node), s => self%stress(:, node))
          call self%criterion(m)%law%directions(s, self%strength(m)%tan_friction, self%mode(node), ray, n_rays)
          if (.not. self%soft_tip(node) .or. self%mode(node) /= mode_tension) return
          d = self%tip_direction(:, node)
-         if (.not. norm2(d) > 0) return
+         call principal(s, s1, s3)
+         if (.not. (norm2(d) > 0 .and. s1 < isotropic_from*s3)) return
          normal = s(1)*d(2)**2 + s(2)*d(1)**2 - 2*s(3)*d(1)*d(2)
          shear = (s(2) - s(1))*d(1)*d(2) + s(3)*(d(1)**2 - d(2)**2)
          if (.not. normal > 0) return
