@@ -28,9 +28,11 @@ module rf_recorder
       type(hdf5_file_t), private :: file
       !> the last state is not yet among the rows, or the frames
       logical, private :: row_owed = .false., frame_owed = .false.
+      !> events up to the last state after some
+      integer, private :: events = 0
    contains
-      procedure :: create, state, state_not_converged, complete, before_event, event, count_iterations, monitor_reaction, finish
-      procedure :: discard
+      procedure :: create, state, state_not_converged, complete, before_event, write_events, count_iterations
+      procedure :: monitor_reaction, finish, discard
       procedure, private :: take_requests, write_row, write_frame
    end type recorder_t
 
@@ -115,8 +117,9 @@ contains
       logical :: row, frame
       associate (output => self%output(position%step))
          if (kind == frame_after_event) then
-            row = every(model%events, output%history_events)
-            frame = every(model%events, output%field_events)
+            row = passed(self%events, model%events, output%history_events)
+            frame = passed(self%events, model%events, output%field_events)
+            self%events = model%events
          else
             row = kind == frame_start .or. position%last .or. every(position%increment, output%history_frequency)
             frame = kind == frame_start .or. position%last .or. every(position%increment, output%field_frequency)
@@ -131,6 +134,13 @@ contains
       if (allocated(error) .or. kind /= frame_settled .or. position%located) return
       call self%tables%write_tables(model, position, error)
    end subroutine state
+
+   !> Whether a count has reached a multiple of a frequency since it was last looked at (0: never).
+   pure logical function passed(before, now, frequency)
+      integer, intent(in) :: before, now, frequency
+      passed = .false.
+      if (frequency > 0) passed = now/frequency > before/frequency
+   end function passed
 
    pure logical function every(count, frequency)
       integer, intent(in) :: count, frequency
@@ -195,15 +205,14 @@ contains
       call self%history%before_event(model, split)
    end subroutine before_event
 
-   !> The row of an event, once the body has come to rest after it.
-   subroutine event(self, model, position, split, error)
+   !> The rows of the events since the last equilibrium, once the body has come to rest after them.
+   subroutine write_events(self, model, position, error)
       class(recorder_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       type(position_t), intent(in) :: position
-      type(split_t), intent(in) :: split
       character(len=:), allocatable, intent(out) :: error
-      call self%history%event(model, position, split, self%file, error)
-   end subroutine event
+      call self%history%write_events(model, position, self%file, error)
+   end subroutine write_events
 
    !> Sum of the reactions of a monitor [force]; the first one for an empty name.
    function monitor_reaction(self, model, name) result(force)
