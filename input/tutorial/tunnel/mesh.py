@@ -1,9 +1,9 @@
 """Writes mesh.inp: rock round a tunnel, and in it, in irregular triangles (numpy).
 
-    mesh.py [N]          N triangles along the wall (108)
+    mesh.py [N]          N triangles along the wall (100)
 
-Rings whose radii grow in proportion, from the wall at 2.5 m out to 12.5 m; nodes between are moved at random by a fifth of a
-cell, so that no direction is easier to break than another. The tunnel itself (set TUNNEL) is filled with rings.
+Rings whose radii grow in proportion, from the wall at 2.5 m out to 20 m; nodes between are moved at random by a fifth
+of a cell, so that no direction is easier to break than another. The tunnel itself (set TUNNEL) is filled with rings.
 """
 
 import sys
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-WALL, OUTER = 2.5, 12.5  # radii [m]
+WALL, OUTER = 2.5, 20.0  # radii [m]
 FILLING = [2.0, 1.5, 1.0, 0.5]  # radii of the rings inside [m]
 JITTER, SEED = 0.2, 1
 
@@ -45,7 +45,7 @@ def triangles(points, n, inner, outer):
 
 def main():
     """Nodes, elements of the rock and of the tunnel, the outer circle."""
-    n = int(sys.argv[1]) if len(sys.argv) > 1 else 108
+    n = int(sys.argv[1]) if len(sys.argv) > 1 else 100
     points, outer = rings(n)
     rock = [t for i in range(outer) for t in triangles(points, n, i * n, (i + 1) * n)]
     first = (outer + 1) * n
