@@ -15,6 +15,7 @@ module rf_model
    use rf_pieces, only: pieces_t
    use rf_relaxation, only: relaxation_t, reaction
    use rf_energy, only: energy_t
+   use rf_dynamics, only: dynamics_t
    use rf_failure, only: failure_t
    use rf_ray, only: split_t
    use rf_splitting, only: split_mesh
@@ -35,6 +36,7 @@ module rf_model
       type(pieces_t) :: pieces
       type(relaxation_t) :: relaxation
       type(energy_t) :: energy
+      type(dynamics_t) :: dynamics
       type(failure_t) :: failure
       !> force of the supports on the body at the last equilibrium [force], (2, nodes)
       real(wp), allocatable :: reaction(:, :)
@@ -62,6 +64,7 @@ contains
       call self%contact%rebuild(self%mesh, self%material, self%motion)
       call self%pieces%find(self%mesh)
       call self%energy%prepare(self%mesh%n_nodes)
+      call self%dynamics%prepare(self%mesh%n_nodes)
       allocate (self%reaction(2, self%mesh%n_nodes), source=0.0_wp)
       if (checked_build) call take_baseline(self%mesh, self%baseline)
    end subroutine prepare
@@ -109,6 +112,7 @@ contains
       call split_mesh(self%mesh, plan, self%events, self%changes)     ! the only phase in which anything grows
       call self%material%adopt(self%changes)
       call self%motion%adopt(self%changes)
+      call self%dynamics%adopt(self%changes)
       call self%loads%adopt(self%changes)
       call self%loads%apply(self%mesh, self%material, fraction, time)
       call self%rows%update(self%mesh, self%material, self%changes)

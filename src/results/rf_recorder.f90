@@ -16,6 +16,9 @@ module rf_recorder
    private
    public :: recorder_t, digests_of
 
+   !> rows and frames of a dynamic step unless the deck says FREQUENCY
+   integer, parameter :: rows_in_time = 200, frames_in_time = 20
+
    type :: recorder_t
       type(history_t) :: history
       type(provenance_t) :: provenance
@@ -30,7 +33,7 @@ module rf_recorder
       logical, private :: row_owed = .false., frame_owed = .false.
    contains
       procedure :: create, state, state_not_converged, complete, before_event, event, count_iterations, monitor_reaction, finish
-      procedure :: discard
+      procedure :: discard, look_at_time
       procedure, private :: take_requests, write_row, write_frame
    end type recorder_t
 
@@ -114,7 +117,10 @@ contains
       character(len=:), allocatable, intent(out) :: error
       logical :: row, frame
       associate (output => self%output(position%step))
-         if (kind == frame_after_event) then
+         if (position%in_time .and. kind /= frame_start) then
+            row = position%row_due
+            frame = position%frame_due
+         else if (kind == frame_after_event) then
             row = every(model%events, output%history_events)
             frame = every(model%events, output%field_events)
          else
@@ -131,6 +137,43 @@ contains
       if (allocated(error) .or. kind /= frame_settled .or. position%located) return
       call self%tables%write_tables(model, position, error)
    end subroutine state
+
+   !> What is due of a state of a dynamic step, rows and frames. Returns whether anything is.
+   logical function look_at_time(self, position, events) result(due)
+      class(recorder_t), intent(in) :: self
+      type(position_t), intent(inout) :: position
+      !> events so far
+      integer, intent(in) :: events
+      associate (output => self%output(position%step))
+         position%row_due = is_due(output%history_given, output%history_frequency, output%history_events, rows_in_time)
+         position%frame_due = is_due(output%field_given, output%field_frequency, output%field_events, frames_in_time)
+      end associate
+      due = position%row_due .or. position%frame_due .or. self%tables%due_in_time(position)
+
+   contains
+
+      !> At so many time steps, or equal parts of the step; and at so many events.
+      logical function is_due(given, frequency, event_frequency, parts)
+         logical, intent(in) :: given
+         integer, intent(in) :: frequency, event_frequency, parts
+         is_due = position%last
+         if (given) then
+            is_due = is_due .or. every(position%increment, frequency)
+         else
+            is_due = is_due .or. parts_done(position%load_factor, parts) > parts_done(position%last_factor, parts)
+         end if
+         if (event_frequency > 0) is_due = is_due .or. events/event_frequency > position%last_events/event_frequency
+      end function is_due
+
+   end function look_at_time
+
+   !> Equal parts of a step that are done; a time that misses one by rounding has done it.
+   pure integer function parts_done(factor, parts)
+      !> part of the step that is done [-]
+      real(wp), intent(in) :: factor
+      integer, intent(in) :: parts
+      parts_done = int(factor*parts*(1 + 16*epsilon(1.0_wp)))
+   end function parts_done
 
    pure logical function every(count, frequency)
       integer, intent(in) :: count, frequency
