@@ -1,4 +1,4 @@
-!> The loop of a run: increments, the load of the first event, events one at a time until nothing fails, results.
+!> The loop of a run: increments, the load of the first event, events round by round until nothing fails, results.
 !> docs/timestep.md explains it line by line.
 module rf_simulation
    use rf_kinds, only: wp
@@ -6,6 +6,7 @@ module rf_simulation
    use rf_ray, only: split_t
    use rf_relaxation, only: relaxation_settings_t, relaxed, relaxed_roughly, relaxation_mechanism, relaxation_not_finite
    use rf_failure, only: fracture_settings_t, splitting_none
+   use rf_selection, only: others_of_round
    use rf_loads, only: load_definition_t
    use rf_criterion, only: mode_tension
    use rf_position, only: position_t, frame_start, frame_before_event, frame_after_event, frame_settled, frame_not_converged
@@ -53,7 +54,8 @@ module rf_simulation
       real(wp), private :: peak = 0, peak_direction(2) = 0
    contains
       procedure :: run
-      procedure, private :: run_step, complete_step, run_increment, settle, locate_first_event, probe, one_event, go_to, relax
+      procedure, private :: run_step, complete_step, run_increment, settle, locate_first_event, probe, go_to, relax
+      procedure, private :: one_round, one_split, split_others
       procedure, private :: accept, record, apply_loads, watch_peak, watch_drop, stop_as_mechanism, stop_not_finite
       procedure, private :: must_locate, recording_failed, stop_not_converged, record_not_converged
    end type simulation_t
@@ -289,7 +291,7 @@ contains
          do
             do while (split%node > 0)
                if (self%run_over) return
-               call self%one_event(split, usable)
+               call self%one_round(split, usable)
                if (.not. usable) return
                call plan_next(self, split)
             end do
@@ -326,21 +328,16 @@ contains
       end associate
    end subroutine plan_next
 
-   !> Split once and relax at the same load.
-   subroutine one_event(self, split, usable)
+   !> Split, the planned node alone or with others (SELECT), and relax at the same load.
+   subroutine one_round(self, split, usable)
       class(simulation_t), intent(inout) :: self
       type(split_t), intent(in) :: split
       logical, intent(out) :: usable
+      integer, allocatable :: others(:)
       character(len=:), allocatable :: error
-      call self%recorder%before_event(self%model, split)
-      call self%model%split(split, self%position%load_factor, &
-                            self%position%load_factor*self%steps(self%position%step)%total_time)
-      self%step_events = self%step_events + 1
-      if (split%mode == mode_tension) then
-         self%model%events_tension = self%model%events_tension + 1
-      else
-         self%model%events_shear = self%model%events_shear + 1
-      end if
+      call others_of_round(self%model%failure, self%model%mesh, split%node, others)      ! before anything changes
+      call self%one_split(split)
+      call self%split_others(others)
       self%before%valid = .false.
       call self%last%take(self%model)
       self%last%fraction = self%position%load_factor
@@ -351,10 +348,41 @@ contains
          call self%accept(at_event=.true.)
          call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
       end if
-      call self%recorder%event(self%model, self%position, split, error)        ! one that ends the run is an event too
+      call self%recorder%write_events(self%model, self%position, error)        ! one that ends the run is an event too
       if (self%recording_failed(error) .or. .not. usable) return
       call self%record(frame_after_event)
-   end subroutine one_event
+   end subroutine one_round
+
+   !> One split, and what is counted of it.
+   subroutine one_split(self, split)
+      class(simulation_t), intent(inout) :: self
+      type(split_t), intent(in) :: split
+      call self%recorder%before_event(self%model, split)
+      call self%model%split(split, self%position%load_factor, &
+                            self%position%load_factor*self%steps(self%position%step)%total_time)
+      self%step_events = self%step_events + 1
+      if (split%mode == mode_tension) then
+         self%model%events_tension = self%model%events_tension + 1
+      else
+         self%model%events_shear = self%model%events_shear + 1
+      end if
+   end subroutine one_split
+
+   !> The other nodes of a round, as long as the step may have events: each planned on the mesh that the splits before it
+   !> have left. One whose elements they changed waits for the next look.
+   subroutine split_others(self, others)
+      class(simulation_t), intent(inout) :: self
+      integer, intent(in) :: others(:)
+      type(split_t) :: split
+      integer :: i
+      associate (settings => self%model%failure%settings)
+         do i = 1, size(others)
+            if (settings%max_events > 0 .and. self%step_events >= settings%max_events) exit
+            call self%model%failure%plan_at(self%model%mesh, self%model%material, others(i), split)
+            if (split%node > 0) call self%one_split(split)
+         end do
+      end associate
+   end subroutine split_others
 
    !> The equilibrium is part of the answer.
    subroutine accept(self, at_event)

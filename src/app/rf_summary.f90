@@ -4,6 +4,7 @@ module rf_summary
    use rf_kinds, only: wp
    use rf_simulation, only: simulation_t
    use rf_recorder, only: digests_of
+   use rf_failure, only: select_separated, select_all
    use rf_strength_input, only: jump_of_criterion
    use rf_log, only: short
    use rf_text, only: to_text
@@ -33,8 +34,22 @@ contains
                short(jump_of_criterion(failure, m))//' on the other'
          end do
       end associate
+      call note_approximations(simulation)
       flush (output_unit)
    end subroutine summarise_model
+
+   !> Settings with which events are not those of one split at a time at full tolerance: told once each.
+   subroutine note_approximations(simulation)
+      type(simulation_t), intent(in) :: simulation
+      associate (fracture => simulation%fracture, relaxation => simulation%relaxation)
+         if (any(fracture%on .and. fracture%selection == select_separated)) write (output_unit, '(a)') 'note: '// &
+            'SELECT=SEPARATED is approximate: nodes that split together are not those that would split one after the other'
+         if (any(fracture%on .and. fracture%selection == select_all)) write (output_unit, '(a)') 'note: SELECT=ALL is '// &
+            'approximate: splitting every node above the limit at once spoils the localisation into a crack'
+         if (any(fracture%on .and. relaxation%event_tolerance > relaxation%tolerance)) write (output_unit, '(a)') 'note: EVENT '// &
+            'TOLERANCE above TOLERANCE is approximate: the order of events may differ'
+      end associate
+   end subroutine note_approximations
 
    !> Checks, digests, times and files.
    subroutine summarise_run(simulation, wall_time)

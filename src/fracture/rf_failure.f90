@@ -14,10 +14,13 @@ module rf_failure
    use rf_ray, only: split_t, choose_split, split_limits_t
    implicit none
    private
-   public :: failure_t, fracture_settings_t, splitting_element, splitting_none
+   public :: failure_t, fracture_settings_t
+   public :: splitting_element, splitting_none, splitting_edge, select_worst, select_separated, select_all
 
    !> what *FRACTURE, SPLITTING= may say
-   integer, parameter :: splitting_none = 0, splitting_element = 1
+   integer, parameter :: splitting_none = 0, splitting_element = 1, splitting_edge = 2
+   !> what *FRACTURE, SELECT= may say: the nodes that split together, before the body is relaxed again
+   integer, parameter :: select_worst = 1, select_separated = 2, select_all = 3
    !> part of the largest screen value from which the node's patch is fitted
    real(wp), parameter :: screen_margin = 0.7_wp
    !> utilisations closer than this tie
@@ -30,6 +33,9 @@ module rf_failure
    type :: fracture_settings_t
       logical :: on = .false.
       integer :: splitting = splitting_element
+      integer :: selection = select_worst
+      !> SEPARATED: smallest distance of nodes that split together [length] (0: ten mean edges)
+      real(wp) :: distance = 0
       integer :: max_level = 2
       !> events a step may have (0: no limit)
       integer :: max_events = 0
@@ -49,6 +55,8 @@ module rf_failure
       logical, allocatable :: no_split_node(:), no_split_element(:)
       !> the node has no admissible direction until its fan changes, (nodes)
       logical, allocatable :: exhausted(:)
+      !> elements round the node have changed since the last look: its stress is not known, (nodes)
+      logical, allocatable, private :: stale(:)
       !> tensile strength, cohesion, tangent of the friction angle of each element, (3, elements)
       real(wp), allocatable :: element_strength(:, :)
       !> stresses of the elements, tension positive [stress], (3, elements); their utilisation and mode
@@ -67,7 +75,7 @@ module rf_failure
       !> each node, (nodes)
       real(wp), allocatable, private :: element_bound(:), screen(:)
    contains
-      procedure :: prepare, adopt, look, look_everywhere, plan
+      procedure :: prepare, adopt, look, look_everywhere, plan, plan_at, may_fail
       procedure, private :: reserve, stress_of_elements, set_strength, look_at_node, candidates, find_largest, note_out_of_plane
    end type failure_t
 
@@ -90,6 +98,7 @@ contains
       type(mesh_t), intent(in) :: mesh
       call grow(self%no_split_node, mesh%n_nodes)
       call grow(self%exhausted, mesh%n_nodes)
+      call grow(self%stale, mesh%n_nodes)
       call grow(self%stress, mesh%n_nodes, 3)
       call grow(self%utilisation, mesh%n_nodes)
       call grow(self%deciding_material, mesh%n_nodes)
@@ -131,6 +140,7 @@ contains
          if (b == 0) b = a
          self%no_split_node(n) = self%no_split_node(a) .and. self%no_split_node(b)
          self%exhausted(n) = .false.
+         self%stale(n) = .true.
       end do
       do i = 1, changes%n_children
          self%no_split_element(changes%child(1, i)) = self%no_split_element(changes%child(2, i))
@@ -139,6 +149,7 @@ contains
       do i = 1, changes%n_elements
          do k = 1, 3
             self%exhausted(mesh%connectivity(k, changes%element(i))) = .false.
+            self%stale(mesh%connectivity(k, changes%element(i))) = .true.
          end do
       end do
    end subroutine adopt
@@ -152,6 +163,7 @@ contains
       real(wp), allocatable :: f(:), limit(:)
       integer(i1), allocatable :: mode(:)
       integer :: m, e
+      self%stale(:mesh%n_nodes) = .false.
       call element_stresses(mesh%n_elements, mesh%connectivity, mesh%x, motion%ux, motion%uy, mesh%section, &
                             material%section%law%direct, material%section%law%lateral, material%section%law%shear, &
                             material%stiffness_factor, self%element_stress)
@@ -329,41 +341,64 @@ contains
       if (out < s3 .or. (out > s1 .and. self%mode(node) /= mode_tension)) self%out_of_plane_node = node
    end subroutine note_out_of_plane
 
-   !> The next split: the node with the largest utilisation that has an admissible direction (WORST). Nodes that have
-   !> none are exhausted. split%node is 0 where nothing fails.
+   !> The next split: the node with the largest utilisation that has an admissible direction. Nodes that have none are
+   !> exhausted. split%node is 0 where nothing fails.
    subroutine plan(self, mesh, material, split)
       class(failure_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
       type(split_t), intent(out) :: split
-      real(wp) :: ray(2, max_rays)
-      integer :: node, n_rays, m
-      type(split_limits_t) :: limits
-      limits%max_level = self%settings%max_level
+      integer :: node
       do
          node = largest_admissible(self, mesh)
          if (node == 0) exit
-         m = self%deciding_material(node)
-         call self%criterion(m)%law%directions(self%stress(:, node), self%strength(m)%tan_friction, self%mode(node), ray, n_rays)
-         call choose_split(mesh, node, ray(:, :n_rays), limits, self%element_utilisation, self%no_split_node, &
-                           self%no_split_element, split)
-         if (split%node > 0) then
-            split%mode = self%mode(node)
-            split%utilisation = self%utilisation(node)
-            call principal(self%stress(:, node), split%sigma1, split%sigma3)
-            call self%note_out_of_plane(mesh, material, node)
-            exit
-         end if
-         self%exhausted(node) = .true.
-         self%n_exhausted = self%n_exhausted + 1
-         self%largest_exhausted = max(self%largest_exhausted, self%utilisation(node))
+         call self%plan_at(mesh, material, node, split)
+         if (split%node > 0) exit
       end do
       self%largest = 0
       do node = 1, mesh%n_nodes
-         if (.not. (self%exhausted(node) .or. self%no_split_node(node) .or. mesh%hinge(node))) &
-            self%largest = max(self%largest, self%utilisation(node))
+         if (self%may_fail(mesh, node)) self%largest = max(self%largest, self%utilisation(node))
       end do
    end subroutine plan
+
+   !> The split at a node that fails, on the mesh as it is, from the stresses of the last look. split%node is 0 where the
+   !> node has no admissible direction (then it is exhausted), may not fail, or where the elements round it have changed
+   !> since that look (then the next one tells).
+   subroutine plan_at(self, mesh, material, node, split)
+      class(failure_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      integer, intent(in) :: node
+      type(split_t), intent(out) :: split
+      real(wp) :: ray(2, max_rays)
+      integer :: n_rays, m
+      type(split_limits_t) :: limits
+      if (self%stale(node) .or. .not. self%may_fail(mesh, node)) return
+      limits%max_level = self%settings%max_level
+      limits%along_edges = self%settings%splitting == splitting_edge
+      m = self%deciding_material(node)
+      call self%criterion(m)%law%directions(self%stress(:, node), self%strength(m)%tan_friction, self%mode(node), ray, n_rays)
+      call choose_split(mesh, node, ray(:, :n_rays), limits, self%element_utilisation, self%no_split_node, &
+                        self%no_split_element, split)
+      if (split%node > 0) then
+         split%mode = self%mode(node)
+         split%utilisation = self%utilisation(node)
+         call principal(self%stress(:, node), split%sigma1, split%sigma3)
+         call self%note_out_of_plane(mesh, material, node)
+      else
+         self%exhausted(node) = .true.
+         self%n_exhausted = self%n_exhausted + 1
+         self%largest_exhausted = max(self%largest_exhausted, self%utilisation(node))
+      end if
+   end subroutine plan_at
+
+   !> Whether a node may fail at all: not in a region that never breaks, not exhausted, no hinge.
+   pure logical function may_fail(self, mesh, node)
+      class(failure_t), intent(in) :: self
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: node
+      may_fail = .not. (self%exhausted(node) .or. self%no_split_node(node) .or. mesh%hinge(node))
+   end function may_fail
 
    !> The failing node with the largest utilisation; of those that tie the one with the lowest id. 0: nothing fails.
    integer function largest_admissible(self, mesh) result(node)
@@ -373,23 +408,15 @@ contains
       integer :: n
       largest = 0
       do n = 1, mesh%n_nodes
-         if (may_fail(n)) largest = max(largest, self%utilisation(n))
+         if (self%may_fail(mesh, n)) largest = max(largest, self%utilisation(n))
       end do
       node = 0
       if (largest < 1) return
       do n = 1, mesh%n_nodes
-         if (.not. may_fail(n) .or. self%utilisation(n) < max(1.0_wp, largest*(1 - tie))) cycle
+         if (.not. self%may_fail(mesh, n) .or. self%utilisation(n) < max(1.0_wp, largest*(1 - tie))) cycle
          if (node == 0) node = n
          if (mesh%node_id(n) < mesh%node_id(node)) node = n
       end do
-
-   contains
-
-      logical function may_fail(n)
-         integer, intent(in) :: n
-         may_fail = .not. (self%exhausted(n) .or. self%no_split_node(n) .or. mesh%hinge(n))
-      end function may_fail
-
    end function largest_admissible
 
 end module rf_failure

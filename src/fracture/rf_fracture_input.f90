@@ -3,7 +3,8 @@ module rf_fracture_input
    use rf_kinds, only: wp
    use rf_deck, only: deck_t, card_t, in_step
    use rf_deck_rules, only: check_single, may_be_misspelt, name_length
-   use rf_failure, only: failure_t, fracture_settings_t, splitting_element, splitting_none
+   use rf_failure, only: failure_t, fracture_settings_t, splitting_element, splitting_none, splitting_edge, &
+      select_worst, select_separated, select_all
    use rf_material, only: material_t
    use rf_mesh, only: mesh_t
    use rf_text, only: to_text
@@ -44,14 +45,23 @@ contains
       type(card_t), intent(inout) :: card
       type(fracture_settings_t), intent(inout) :: settings
       character(len=:), allocatable :: splitting, selection
-      call card%get_word('SPLITTING', splitting, allowed='ELEMENT NONE', default='ELEMENT', later='EDGE', &
-                         about='ELEMENT: cracks cut through elements; NONE: utilisation is computed, nothing splits')
-      settings%splitting = merge(splitting_element, splitting_none, splitting == 'ELEMENT')
-      call card%get_word('SELECT', selection, allowed='WORST', default='WORST', later='SEPARATED ALL', &
-                         about='WORST: the node with the largest utilisation alone, then equilibrium')
-      if (.not. card%given('DISTANCE')) return
-      if (selection == 'WORST') call card%keyword_error('DISTANCE belongs to SELECT=SEPARATED, which is not available in this '// &
-                                                        'version')
+      call card%get_word('SPLITTING', splitting, allowed='ELEMENT EDGE NONE', default='ELEMENT', &
+                         about='ELEMENT: cracks cut through elements; EDGE: they follow the edges of the mesh, for comparison; '// &
+                         'NONE: utilisation is computed, nothing splits')
+      settings%splitting = splitting_element
+      if (splitting == 'EDGE') settings%splitting = splitting_edge
+      if (splitting == 'NONE') settings%splitting = splitting_none
+      call card%get_word('SELECT', selection, allowed='WORST SEPARATED ALL', default='WORST', &
+                         about='what splits before the body is relaxed again. WORST: the node with the largest utilisation '// &
+                         'alone; SEPARATED (approximate): local maxima within 2 % of it, DISTANCE apart; ALL (for comparison): '// &
+                         'every node above 1')
+      settings%selection = select_worst
+      if (selection == 'SEPARATED') settings%selection = select_separated
+      if (selection == 'ALL') settings%selection = select_all
+      call card%get_real('DISTANCE', settings%distance, default=0.0_wp, above=0.0_wp, shown='10 mean edges', &
+                         about='SEPARATED: smallest distance of nodes that split together')
+      if (card%given('DISTANCE') .and. settings%selection /= select_separated) &
+         call card%keyword_error('DISTANCE belongs to SELECT=SEPARATED')
    end subroutine read_choice
 
    !> Limits of splitting and events, LOCATE, STOP DROP.

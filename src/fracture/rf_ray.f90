@@ -1,5 +1,5 @@
 !> From a failed node to a split: which of the possible directions, through which element, of which type (Qiu & Ding
-!> 2007, section 2.3, figs. 2 to 6; theory: eqs. 34 and 35). Decides only; rf_splitting carries it out.
+!> 2007, section 2.3, figs. 2 to 6; theory: eqs. 34 and 35), or along which edge. Decides only; rf_splitting carries it out.
 module rf_ray
    use rf_kinds, only: wp, i1, degree
    use rf_mesh, only: mesh_t
@@ -28,6 +28,8 @@ module rf_ray
       real(wp) :: smallest_angle = 12*degree
       !> smallest angle between a new crack and one that is at the node [rad]
       real(wp) :: crack_angle = 30*degree
+      !> cracks run along edges of the mesh, nothing is bisected
+      logical :: along_edges = .false.
    end type split_limits_t
 
    !> One split as planned.
@@ -42,7 +44,7 @@ module rf_ray
       integer(i1) :: mode = 0_i1
       !> principal stresses of the node, compression positive [stress], its utilisation [-]
       real(wp) :: sigma1 = 0, sigma3 = 0, utilisation = 0
-      !> type I and III: far corner (1: B, 2: C) that the ray passes in the neighbour; type II: the near corner
+      !> type I and III: far corner (1: B, 2: C) that the ray passes in the neighbour; type II and edge: the near corner
       integer :: corner = 0
       !> type III: the second ray's far corner O, 1: R, 2: D
       integer :: second_corner = 0
@@ -90,7 +92,11 @@ contains
          best = best_of(mesh, list(:n_list), tried(:n_list))
          tried(best) = .true.
          if (no_split_element(list(best)%element)) cycle
-         call fit_type(mesh, node, list(best), limits, no_split_node, no_split_element, split)
+         if (limits%along_edges) then
+            call fit_edge(mesh, node, list(best), no_split_node, no_split_element, split)
+         else
+            call fit_type(mesh, node, list(best), limits, no_split_node, no_split_element, split)
+         end if
          if (split%node > 0) return
       end do
    end subroutine choose_split
@@ -251,6 +257,47 @@ contains
       end do
       split%node = 0
    end subroutine fit_type
+
+   !> The edge of the entered element that makes the smaller angle with the ray, or the other one where that is part of
+   !> the boundary, cracked already, or never breaks.
+   subroutine fit_edge(mesh, node, candidate, no_split_node, no_split_element, split)
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: node
+      type(candidate_t), intent(in) :: candidate
+      logical, intent(in) :: no_split_node(:), no_split_element(:)
+      type(split_t), intent(out) :: split
+      real(wp) :: b(2), c(2)
+      integer :: k, attempt
+      split%kind = type_edge
+      split%element = candidate%element
+      split%direction = candidate%direction
+      split%s = candidate%s
+      k = corner_of(mesh, candidate%element, node)
+      b = mesh%x(:, mesh%connectivity(next_corner(k), candidate%element)) - mesh%x(:, node)
+      c = mesh%x(:, mesh%connectivity(previous_corner(k), candidate%element)) - mesh%x(:, node)
+      split%corner = merge(1, 2, dot_product(b, split%direction)*norm2(c) >= dot_product(c, split%direction)*norm2(b))
+      do attempt = 1, 2
+         if (may_crack(mesh, node, split, no_split_node, no_split_element)) then
+            split%node = node
+            return
+         end if
+         split%corner = 3 - split%corner
+      end do
+   end subroutine fit_edge
+
+   !> Whether the edge from the node to the near corner may become a crack as it is.
+   logical function may_crack(mesh, node, split, no_split_node, no_split_element)
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: node
+      type(split_t), intent(in) :: split
+      logical, intent(in) :: no_split_node(:), no_split_element(:)
+      integer :: k, near
+      k = corner_of(mesh, split%element, node)
+      near = mesh%connectivity(merge(next_corner(k), previous_corner(k), split%corner == 1), split%element)
+      if (split%corner == 2) k = previous_corner(k)
+      may_crack = mesh%neighbour(k, split%element) > 0 .and. mesh%segment(k, split%element) == 0 .and. .not. no_split_node(near)
+      if (may_crack) may_crack = .not. no_split_element(mesh%neighbour(k, split%element))
+   end function may_crack
 
    !> Type I: crack from the node to the middle of the far edge and on to the far corner of the neighbour.
    logical function fits_one(mesh, node, split, limits, no_split_node, no_split_element) result(fits)

@@ -1,12 +1,12 @@
 !> Carry out a split: the only place where the mesh grows. Types I, II and III of Qiu & Ding (2007, figs. 4 to 6) are
 !> sequences of the three operations of rf_topology; run-through inside (fig. 8) and at the boundary (fig. 9) need nothing
-!> more, because every node of the new crack is re-fanned at the end.
+!> more, because every node of the new crack is re-fanned at the end. A crack along an edge of the mesh bisects nothing.
 module rf_splitting
    use rf_kinds, only: wp, i1
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t, bisect_edge, crack_edge, refan_node, elements_around, corner_of, next_corner, &
       previous_corner
-   use rf_ray, only: split_t, type_one, type_two, type_three
+   use rf_ray, only: split_t, type_one, type_two, type_three, type_edge
    implicit none
    private
    public :: split_mesh
@@ -32,6 +32,8 @@ contains
          call cut_type_two(mesh, split, changes, path, n)
       case (type_three)
          call cut_type_three(mesh, split, changes, path, n)
+      case (type_edge)
+         call take_edge(mesh, split, path, n)
       case default
          return
       end select
@@ -81,6 +83,19 @@ contains
       call bisect_edge(mesh, split%element, k, changes, path(2))
       n = 3
    end subroutine cut_type_two
+
+   !> Along an edge: A - B.
+   subroutine take_edge(mesh, split, path, n)
+      type(mesh_t), intent(in) :: mesh
+      type(split_t), intent(in) :: split
+      integer, intent(out) :: path(longest_path), n
+      integer :: k
+      k = corner_of(mesh, split%element, split%node)
+      path = 0
+      path(1) = split%node
+      path(2) = mesh%connectivity(merge(next_corner(k), previous_corner(k), split%corner == 1), split%element)
+      n = 2
+   end subroutine take_edge
 
    !> Type III: A - M - N - M' - Q; shorter where the boundary or a crack ends it.
    subroutine cut_type_three(mesh, split, changes, path, n)

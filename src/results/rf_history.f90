@@ -1,6 +1,7 @@
 !> The tables of a run: a row for each equilibrium that is part of the answer, and one for each event (docs/results.md).
 module rf_history
    use rf_kinds, only: wp
+   use rf_grow, only: grown_capacity
    use rf_model, only: model_t
    use rf_ray, only: split_t, split_type_name
    use rf_criterion, only: mode_tension
@@ -30,6 +31,15 @@ module rf_history
       real(wp) :: u(2) = 0, force(2) = 0
    end type figures_t
 
+   !> What an event's row says of the state before it.
+   type :: pending_event_t
+      type(split_t) :: split
+      !> place of the failed node [length]
+      real(wp) :: x(2) = 0
+      !> ids of the failed node and the crossed element; nodes and elements before the split
+      integer :: node_id = 0, element_id = 0, n_nodes = 0, n_elements = 0
+   end type pending_event_t
+
    type :: history_t
       type(monitor_t), allocatable :: monitors(:)
       type(section_line_t), allocatable :: lines(:)
@@ -37,14 +47,13 @@ module rf_history
       type(table_t), private :: history, events
       !> iterations since the last row
       integer, private :: iterations = 0
-      !> reactions of the monitors just before the event, (2, monitors)
+      !> reactions of the monitors just before the events, (2, monitors)
       real(wp), allocatable, private :: before(:, :)
-      !> place of the failed node [length]
-      real(wp), private :: x(2) = 0
-      !> ids of the failed node and the crossed element; nodes and elements before the split
-      integer, private :: node_id = 0, element_id = 0, n_nodes = 0, n_elements = 0
+      !> events whose rows wait for the equilibrium after them
+      type(pending_event_t), allocatable, private :: pending(:)
+      integer, private :: n_pending = 0
    contains
-      procedure :: create, start, row, before_event, event, add_iterations, close => close_tables, discard
+      procedure :: create, start, row, before_event, write_events, add_iterations, close => close_tables, discard
    end type history_t
 
    !> columns of the history, each with its kind
@@ -245,59 +254,101 @@ contains
       end do
    end subroutine put_sections
 
-   !> Remember what an event's row says of the state before it.
+   !> Remember what an event's row says of the state before it. Reactions are those of the last equilibrium.
    subroutine before_event(self, model, split)
       class(history_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       type(split_t), intent(in) :: split
       integer :: i
-      do i = 1, size(self%monitors)
-         self%before(:, i) = self%monitors(i)%force(model%mesh, model%reaction)
-      end do
-      self%x = model%mesh%x(:, split%node)
-      self%node_id = model%mesh%node_id(split%node)
-      self%element_id = model%mesh%element_id(split%element)
-      self%n_nodes = model%mesh%n_nodes
-      self%n_elements = model%mesh%n_elements
+      if (self%n_pending == 0) then
+         do i = 1, size(self%monitors)
+            self%before(:, i) = self%monitors(i)%force(model%mesh, model%reaction)
+         end do
+      end if
+      call reserve_pending(self)
+      self%n_pending = self%n_pending + 1
+      associate (new => self%pending(self%n_pending))
+         new%split = split
+         new%x = model%mesh%x(:, split%node)
+         new%node_id = model%mesh%node_id(split%node)
+         new%element_id = model%mesh%element_id(split%element)
+         new%n_nodes = model%mesh%n_nodes
+         new%n_elements = model%mesh%n_elements
+      end associate
    end subroutine before_event
 
-   !> The row of an event, once the body has come to rest after it.
-   subroutine event(self, model, position, split, file, error)
+   !> Room for one more event.
+   subroutine reserve_pending(self)
+      type(history_t), intent(inout) :: self
+      type(pending_event_t), allocatable :: larger(:)
+      integer :: n
+      n = 0
+      if (allocated(self%pending)) n = size(self%pending)
+      if (self%n_pending < n) return
+      allocate (larger(grown_capacity(n, self%n_pending + 1)))
+      if (n > 0) larger(:n) = self%pending
+      call move_alloc(larger, self%pending)
+   end subroutine reserve_pending
+
+   !> The rows of the events since the last equilibrium, once the body has come to rest after them. Of several, the last
+   !> one bears what the relaxation tells of all of them.
+   subroutine write_events(self, model, position, file, error)
       class(history_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       type(position_t), intent(in) :: position
-      type(split_t), intent(in) :: split
       type(hdf5_file_t), intent(in) :: file
       character(len=:), allocatable, intent(out) :: error
-      real(wp), parameter :: to_degrees = 45.0_wp/atan(1.0_wp)
       integer :: i
-      associate (table => self%events)
-         call table%put(model%events)
+      do i = 1, self%n_pending
+         call write_event(self, model, position, i)
+         call self%events%end_row(file, error)
+         if (allocated(error)) exit
+      end do
+      self%n_pending = 0
+   end subroutine write_events
+
+   subroutine write_event(self, model, position, place)
+      type(history_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(position_t), intent(in) :: position
+      !> among those that wait
+      integer, intent(in) :: place
+      real(wp), parameter :: to_degrees = 45.0_wp/atan(1.0_wp)
+      logical :: last
+      integer :: i, nodes, elements
+      last = place == self%n_pending
+      nodes = model%mesh%n_nodes
+      elements = model%mesh%n_elements
+      if (.not. last) then
+         nodes = self%pending(place + 1)%n_nodes
+         elements = self%pending(place + 1)%n_elements
+      end if
+      associate (table => self%events, event => self%pending(place))
+         call table%put(model%events - self%n_pending + place)
          call table%put(position%step)
          call table%put(position%increment)
          call table%put(position%time)
          call table%put(position%load_factor)
-         call table%put(self%node_id)
-         call table%put(self%x(1))
-         call table%put(self%x(2))
-         call table%put(merge('tension', 'shear  ', split%mode == mode_tension))
-         call table%put(split%sigma1)
-         call table%put(split%sigma3)
-         call table%put(split%utilisation)
-         call table%put(to_degrees*atan2(split%direction(2), split%direction(1)))
-         call table%put(self%element_id)
-         call table%put(trim(split_type_name(split%kind)))
-         call table%put(model%mesh%n_nodes - self%n_nodes)
-         call table%put(model%mesh%n_elements - self%n_elements)
-         call table%put(model%energy%released_by_event)
-         call table%put(model%relaxation%iterations)
+         call table%put(event%node_id)
+         call table%put(event%x(1))
+         call table%put(event%x(2))
+         call table%put(merge('tension', 'shear  ', event%split%mode == mode_tension))
+         call table%put(event%split%sigma1)
+         call table%put(event%split%sigma3)
+         call table%put(event%split%utilisation)
+         call table%put(to_degrees*atan2(event%split%direction(2), event%split%direction(1)))
+         call table%put(event%element_id)
+         call table%put(trim(split_type_name(event%split%kind)))
+         call table%put(nodes - event%n_nodes)
+         call table%put(elements - event%n_elements)
+         call table%put(merge(model%energy%released_by_event, 0.0_wp, last))
+         call table%put(merge(model%relaxation%iterations, 0, last))
          do i = 1, size(self%monitors)
             call table%put(self%before(1, i))
             call table%put(self%before(2, i))
          end do
-         call table%end_row(file, error)
       end associate
-   end subroutine event
+   end subroutine write_event
 
    subroutine close_tables(self, error)
       class(history_t), intent(inout) :: self

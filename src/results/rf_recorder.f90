@@ -31,9 +31,11 @@ module rf_recorder
       type(hdf5_file_t), private :: file
       !> the last state is not yet among the rows, or the frames
       logical, private :: row_owed = .false., frame_owed = .false.
+      !> events up to the last state after some
+      integer, private :: events = 0
    contains
-      procedure :: create, state, state_not_converged, complete, before_event, event, count_iterations, monitor_reaction, finish
-      procedure :: discard, look_at_time
+      procedure :: create, state, state_not_converged, complete, before_event, write_events, count_iterations
+      procedure :: monitor_reaction, finish, discard, look_at_time
       procedure, private :: take_requests, write_row, write_frame
    end type recorder_t
 
@@ -120,9 +122,11 @@ contains
          if (position%in_time .and. kind /= frame_start) then
             row = position%row_due
             frame = position%frame_due
+            self%events = model%events
          else if (kind == frame_after_event) then
-            row = every(model%events, output%history_events)
-            frame = every(model%events, output%field_events)
+            row = passed(self%events, model%events, output%history_events)
+            frame = passed(self%events, model%events, output%field_events)
+            self%events = model%events
          else
             row = kind == frame_start .or. position%last .or. every(position%increment, output%history_frequency)
             frame = kind == frame_start .or. position%last .or. every(position%increment, output%field_frequency)
@@ -162,7 +166,7 @@ contains
          else
             is_due = is_due .or. parts_done(position%load_factor, parts) > parts_done(position%last_factor, parts)
          end if
-         if (event_frequency > 0) is_due = is_due .or. events/event_frequency > position%last_events/event_frequency
+         is_due = is_due .or. passed(self%events, events, event_frequency)
       end function is_due
 
    end function look_at_time
@@ -174,6 +178,13 @@ contains
       integer, intent(in) :: parts
       parts_done = int(factor*parts*(1 + 16*epsilon(1.0_wp)))
    end function parts_done
+
+   !> Whether a count has reached a multiple of a frequency since it was last looked at (0: never).
+   pure logical function passed(before, now, frequency)
+      integer, intent(in) :: before, now, frequency
+      passed = .false.
+      if (frequency > 0) passed = now/frequency > before/frequency
+   end function passed
 
    pure logical function every(count, frequency)
       integer, intent(in) :: count, frequency
@@ -238,15 +249,14 @@ contains
       call self%history%before_event(model, split)
    end subroutine before_event
 
-   !> The row of an event, once the body has come to rest after it.
-   subroutine event(self, model, position, split, error)
+   !> The rows of the events since the last equilibrium, once the body has come to rest after them.
+   subroutine write_events(self, model, position, error)
       class(recorder_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       type(position_t), intent(in) :: position
-      type(split_t), intent(in) :: split
       character(len=:), allocatable, intent(out) :: error
-      call self%history%event(model, position, split, self%file, error)
-   end subroutine event
+      call self%history%write_events(model, position, self%file, error)
+   end subroutine write_events
 
    !> Sum of the reactions of a monitor [force]; the first one for an empty name.
    function monitor_reaction(self, model, name) result(force)

@@ -44,7 +44,7 @@ program random_splits
    !> bodies are split this often at most, and left when so many tries in a row found nothing to split
    integer, parameter :: splits_a_body = 60, tries_in_vain = 40
    character(len=11), parameter :: pattern(4) = [character(len=11) :: 'STAGGERED', 'DIAGONAL', 'ALTERNATING', 'CROSS']
-   integer :: draws, wanted, first_seed, done, bodies, kinds(3), seed
+   integer :: draws, wanted, first_seed, done, bodies, kinds(4), seed
 
    wanted = argument(1, 1000)
    first_seed = argument(2, 1)
@@ -57,8 +57,8 @@ program random_splits
       bodies = bodies + 1
       seed = seed + 1
    end do
-   write (output_unit, '(i0, a, i0, a, i0, a, i0, a, 3(i0, a))') done, ' random splits of ', bodies, ' bodies (seeds ', &
-      first_seed, ' to ', seed - 1, '): types I, II, III ', kinds(1), ', ', kinds(2), ', ', kinds(3), &
+   write (output_unit, '(i0, a, i0, a, i0, a, i0, a, 4(i0, a))') done, ' random splits of ', bodies, ' bodies (seeds ', &
+      first_seed, ' to ', seed - 1, '): types I, II, III, edge ', kinds(1), ', ', kinds(2), ', ', kinds(3), ', ', kinds(4), &
       '; every invariant kept after each'
 
 contains
@@ -130,6 +130,7 @@ contains
       end do
       body%limits%max_level = pick(seed, 5)
       if (draw(seed) < 0.3_wp) body%limits%crack_angle = 0
+      body%limits%along_edges = mod(seed, 6) == 0
       allocate (body%no_split_node(100*body%mesh%n_nodes), body%no_split_element(100*body%mesh%n_elements), source=.false.)
       if (draw(seed) < 0.3_wp) body%no_split_element(pick(seed, body%mesh%n_elements)) = .true.
       if (draw(seed) < 0.3_wp) body%no_split_node(pick(seed, body%mesh%n_nodes)) = .true.
