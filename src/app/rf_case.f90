@@ -6,6 +6,7 @@ module rf_case
    use rf_mesh_input, only: mesh_input_t
    use rf_topology, only: build_topology, manifold_ok
    use rf_material_input, only: read_materials
+   use rf_initial_stress_input, only: read_initial_stress
    use rf_strength_input, only: read_strengths, read_no_split
    use rf_relaxation_input, only: read_relaxation
    use rf_fracture_input, only: read_fracture, check_strengths
@@ -36,6 +37,7 @@ contains
          call mesh_input%read(deck, model%mesh, diagnostics)
          call connect(simulation, deck, diagnostics)
          call read_materials(deck, mesh_input, model%mesh, model%material, diagnostics)
+         call read_initial_stress(deck, mesh_input, model%mesh, model%material)
          call read_strengths(deck, model%material, model%failure, diagnostics)
          call model%failure%prepare(model%mesh, model%material)
          call read_no_split(deck, mesh_input, model%mesh, model%failure, diagnostics)

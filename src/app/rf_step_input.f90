@@ -157,7 +157,6 @@ contains
       type(deck_t), intent(inout) :: deck
       call deck%later('DYNAMIC', 'explicit dynamics')
       call deck%later('MODEL CHANGE', 'excavation')
-      call deck%later('INITIAL CONDITIONS', 'initial stress and velocity')
       call deck%later('CRACK', 'cracks that exist from the start')
       call deck%later('SOFTENING', 'fracture energy')
       call deck%later('RESTART', 'checkpoints')

@@ -167,6 +167,8 @@ contains
       call element_stresses(mesh%n_elements, mesh%connectivity, mesh%x, motion%ux, motion%uy, mesh%section, &
                             material%section%law%direct, material%section%law%lateral, material%section%law%shear, &
                             material%stiffness_factor, self%element_stress)
+      if (material%initial%given) self%element_stress([1, 2, 3], :mesh%n_elements) = &
+         self%element_stress([1, 2, 3], :mesh%n_elements) + material%initial%stress([1, 2, 4], :mesh%n_elements)
       self%element_utilisation(:mesh%n_elements) = no_utilisation
       self%element_mode(:mesh%n_elements) = mode_none
       self%element_bound(:mesh%n_elements) = no_utilisation
@@ -336,8 +338,8 @@ contains
       call principal(self%stress(:, node), s1, s3)
       associate (section => material%section(mesh%section(mesh%element_of(node))))
          if (.not. section%plane_strain) return
-         out = -section%law%out_of_plane*(self%stress(1, node) + self%stress(2, node))
       end associate
+      out = -material%out_of_plane(mesh%section(mesh%element_of(node)), mesh%element_of(node), self%stress(:, node))
       if (out < s3 .or. (out > s1 .and. self%mode(node) /= mode_tension)) self%out_of_plane_node = node
    end subroutine note_out_of_plane
 

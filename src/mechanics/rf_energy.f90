@@ -25,11 +25,16 @@ module rf_energy
 
 contains
 
-   !> Nothing has moved yet.
-   subroutine prepare(self, n_nodes)
+   !> Nothing has moved yet. What holds an initial stress until the first loads act counts as a force applied to the body, so
+   !> that its release does work.
+   subroutine prepare(self, loads, n_nodes)
       class(energy_t), intent(inout) :: self
+      type(loads_t), intent(in) :: loads
       integer, intent(in) :: n_nodes
       call reserve(self, n_nodes)
+      if (.not. allocated(loads%initial)) return
+      self%px(:n_nodes) = loads%initial(1, :n_nodes)
+      self%py(:n_nodes) = loads%initial(2, :n_nodes)
    end subroutine prepare
 
    subroutine reserve(self, n)
@@ -43,15 +48,19 @@ contains
       call grow(self%qy, n)
    end subroutine reserve
 
-   !> U = u.f/2 [force length].
-   pure real(wp) function strain_energy(self, motion, n)
+   !> Strain energy against the undeformed body: U = u.f/2 + u.f0, f0 the forces of the initial stress (theory: eq. 44)
+   !> [force length].
+   pure real(wp) function strain_energy(self, loads, motion, n)
       class(energy_t), intent(in) :: self
+      type(loads_t), intent(in) :: loads
       type(motion_t), intent(in) :: motion
       !> nodes
       integer, intent(in) :: n
       associate (unused => self)
       end associate
       strain_energy = 0.5_wp*(dot_product(motion%ux(:n), motion%fx(:n)) + dot_product(motion%uy(:n), motion%fy(:n)))
+      if (allocated(loads%initial)) strain_energy = strain_energy + dot_product(motion%ux(:n), loads%initial(1, :n)) &
+                                                    + dot_product(motion%uy(:n), loads%initial(2, :n))
    end function strain_energy
 
    !> Book an equilibrium that is part of the answer.
@@ -71,13 +80,13 @@ contains
       integer :: i
       work = 0
       do i = 1, n
-         work = work + 0.5_wp*((self%px(i) + self%qx(i) + loads%px(i) + reaction(1, i))*(motion%ux(i) - self%ux(i)) &
-                               + (self%py(i) + self%qy(i) + loads%py(i) + reaction(2, i))*(motion%uy(i) - self%uy(i)))
+         work = work + 0.5_wp*((self%px(i) + self%qx(i) + loads%applied(1, i) + reaction(1, i))*(motion%ux(i) - self%ux(i)) &
+                               + (self%py(i) + self%qy(i) + loads%applied(2, i) + reaction(2, i))*(motion%uy(i) - self%uy(i)))
       end do
       before = self%strain
       self%external = self%external + work
       self%largest_external = max(self%largest_external, abs(self%external))
-      self%strain = self%strain_energy(motion, n)
+      self%strain = self%strain_energy(loads, motion, n)
       self%friction = self%friction + friction_work
       self%released_by_event = 0
       if (at_event) self%released_by_event = before + work - self%strain - friction_work
@@ -96,8 +105,8 @@ contains
       integer, intent(in) :: n
       self%ux(:n) = motion%ux(:n)
       self%uy(:n) = motion%uy(:n)
-      self%px(:n) = loads%px(:n)
-      self%py(:n) = loads%py(:n)
+      self%px(:n) = loads%applied(1, :n)
+      self%py(:n) = loads%applied(2, :n)
       self%qx(:n) = reaction(1, :n)
       self%qy(:n) = reaction(2, :n)
    end subroutine go_on_from
@@ -121,8 +130,8 @@ contains
          self%qx(n) = 0
          self%qy(n) = 0
       end do
-      self%px(:n_nodes) = loads%px(:n_nodes)
-      self%py(:n_nodes) = loads%py(:n_nodes)
+      self%px(:n_nodes) = loads%applied(1, :n_nodes)
+      self%py(:n_nodes) = loads%applied(2, :n_nodes)
    end subroutine adopt
 
    !> What the ledger does not account for, relative to the largest external work [-].

@@ -54,8 +54,13 @@ module rf_loads
    end type nodal_force_t
 
    type :: loads_t
-      !> applied nodal forces now: forces, pressures, gravity [force], (nodes)
+      !> nodal forces that act now against the internal forces K u: applied forces less those of the initial stress [force],
+      !> (nodes)
       real(wp), allocatable :: px(:), py(:)
+      !> applied nodal forces now: forces, pressures, gravity [force], (2, nodes)
+      real(wp), allocatable :: applied(:, :)
+      !> internal forces of the initial stress (rf_initial_stress) [force], (2, nodes); not allocated if there is none
+      real(wp), allocatable :: initial(:, :)
       !> 1 where a direction is free, 0 where it is supported, (nodes)
       real(wp), allocatable :: free_x(:), free_y(:)
       !> displacement of supported directions now [length], (nodes)
@@ -77,7 +82,7 @@ module rf_loads
       logical, private :: any_gravity = .false.
    contains
       procedure :: prepare, know_faces, begin_step, apply, apply_supports, apply_forces, adopt, is_held
-      procedure :: forces_vary, support_at
+      procedure :: forces_vary, support_at, scale
       procedure, private :: act, drop, acting_index, release, spread, tag_faces, new_tag
       procedure, private :: add_nodal_forces, add_pressures, add_gravity
    end type loads_t
@@ -112,6 +117,7 @@ contains
       if (old >= n) return
       call grow(self%px, n)
       call grow(self%py, n)
+      call grow(self%applied, n, 2)
       call grow(self%free_x, n)
       call grow(self%free_y, n)
       call grow(self%cx, n)
@@ -429,6 +435,16 @@ contains
       self%tag_first = [self%tag_first, size(self%tag_member) + 1]
    end function new_tag
 
+   !> Size of the loads: the larger of the 2-norms of applied forces and of those of the initial stress, which balance each
+   !> other in an undisturbed rock (theory: eq. 13) [force].
+   pure real(wp) function scale(self, n_nodes)
+      class(loads_t), intent(in) :: self
+      integer, intent(in) :: n_nodes
+      scale = sqrt(dot_product(self%applied(1, :n_nodes), self%applied(1, :n_nodes)) &
+                   + dot_product(self%applied(2, :n_nodes), self%applied(2, :n_nodes)))
+      if (allocated(self%initial)) scale = max(scale, norm2(self%initial(:, :n_nodes)))
+   end function scale
+
    !> Value of a ramp.
    pure real(wp) function value_at(self, ramp, fraction, time)
       class(loads_t), intent(in) :: self
@@ -444,7 +460,7 @@ contains
       end if
    end function value_at
 
-   !> Applied forces and prescribed displacements at a fraction of the step.
+   !> Applied forces, those of the initial stress, and prescribed displacements at a fraction of the step.
    subroutine apply(self, mesh, material, fraction, time)
       class(loads_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
@@ -500,6 +516,11 @@ contains
       end do
       if (self%n_tags > 0) call self%add_pressures(mesh, material)
       if (self%any_gravity) call self%add_gravity(mesh, material)
+      self%applied(1, :mesh%n_nodes) = self%px(:mesh%n_nodes)
+      self%applied(2, :mesh%n_nodes) = self%py(:mesh%n_nodes)
+      if (.not. allocated(self%initial)) return
+      self%px(:mesh%n_nodes) = self%px(:mesh%n_nodes) - self%initial(1, :mesh%n_nodes)
+      self%py(:mesh%n_nodes) = self%py(:mesh%n_nodes) - self%initial(2, :mesh%n_nodes)
    end subroutine apply_forces
 
    !> Whether applied forces change with time when values without amplitude apply at once.

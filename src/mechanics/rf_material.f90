@@ -1,8 +1,10 @@
-!> What the elements are made of: sections (material, plane state, thickness) and the scatter of each element.
+!> What the elements are made of: sections (material, plane state, thickness), the scatter of each element, and the stress
+!> it is under from the start.
 module rf_material
    use rf_kinds, only: wp
    use rf_grow, only: grow
    use rf_cst, only: elasticity_t
+   use rf_initial_stress, only: initial_stress_t
    use rf_topology, only: changes_t
    implicit none
    private
@@ -34,8 +36,9 @@ module rf_material
       character(len=80), allocatable :: name(:)
       !> factor of stiffness and of strength (tensile strength, cohesion) of each element [-], (capacity)
       real(wp), allocatable :: stiffness_factor(:), strength_factor(:)
+      type(initial_stress_t) :: initial
    contains
-      procedure :: prepare, adopt
+      procedure :: prepare, adopt, out_of_plane
    end type material_t
 
 contains
@@ -47,11 +50,12 @@ contains
       allocate (self%stiffness_factor(n_elements), self%strength_factor(n_elements), source=1.0_wp)
    end subroutine prepare
 
-   !> Children have the factors of the element they were cut from.
+   !> Children have the factors and the initial stress of the element they were cut from.
    subroutine adopt(self, changes)
       class(material_t), intent(inout) :: self
       type(changes_t), intent(in) :: changes
       integer :: i, child, origin
+      call self%initial%adopt(changes)
       do i = 1, changes%n_children
          child = changes%child(1, i)
          origin = changes%child(2, i)
@@ -61,5 +65,22 @@ contains
          self%strength_factor(child) = self%strength_factor(origin)
       end do
    end subroutine adopt
+
+   !> Stress out of the plane that goes with the stress in it (theory: eq. 3) [stress]: what the displacements have added to the
+   !> initial stress tells what they have added out of the plane.
+   pure real(wp) function out_of_plane(self, section, element, stress) result(zz)
+      class(material_t), intent(in) :: self
+      !> of the element
+      integer, intent(in) :: section, element
+      !> xx, yy, xy, the initial stress included [stress]
+      real(wp), intent(in) :: stress(3)
+      real(wp) :: ratio
+      ratio = self%section(section)%law%out_of_plane
+      zz = ratio*(stress(1) + stress(2))
+      if (.not. self%initial%given) return
+      associate (initial => self%initial%stress(:, element))
+         zz = initial(3) + ratio*((stress(1) - initial(1)) + (stress(2) - initial(2)))
+      end associate
+   end function out_of_plane
 
 end module rf_material

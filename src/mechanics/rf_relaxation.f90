@@ -115,8 +115,7 @@ contains
       call contact%weigh(rows%inverse_mass, loads%free_x, loads%free_y)
       start_x = motion%ux(:mesh%n_nodes)
       start_y = motion%uy(:mesh%n_nodes)
-      applied = sqrt(dot_product(loads%px(:mesh%n_nodes), loads%px(:mesh%n_nodes)) &
-                     + dot_product(loads%py(:mesh%n_nodes), loads%py(:mesh%n_nodes)))
+      applied = loads%scale(mesh%n_nodes)
       scale = 0
       largest = 0
       c = 0

@@ -56,11 +56,11 @@ contains
       sums = [found%force, found%moment]
       do n = 1, mesh%n_nodes
          if (.not. beyond(n)) cycle
-         f = reaction(:, n) + [loads%px(n), loads%py(n)]
+         f = reaction(:, n) + loads%applied(:, n)
          sums = sums + [f, moment_of(f, mesh%x(:, n) - line%point)]
       end do
       norm = norm2(reaction(:, :mesh%n_nodes))
-      applied = sqrt(sum(loads%px(:mesh%n_nodes)**2) + sum(loads%py(:mesh%n_nodes)**2))
+      applied = loads%scale(mesh%n_nodes)
       if (norm <= no_reactions*applied) norm = applied
       if (norm > 0) found%error = max(norm2(sums(:2))/norm, abs(sums(3))/(norm*mesh%diagonal))
    end subroutine check_section
@@ -108,7 +108,7 @@ contains
          if (all(beyond(corner)) .or. .not. any(beyond(corner))) cycle
          call gradients(mesh%x(:, corner), gradient, area)
          associate (section => material%section(mesh%section(e)))
-            f = corner_forces(gradient, area*section%thickness*material%stiffness_factor(e), &
+            f = corner_forces(gradient, area*section%thickness, material%initial%in_plane(e) + material%stiffness_factor(e)* &
                               stress(section%law, strain(gradient, motion%corner_displacements(mesh, e))))
          end associate
          do k = 1, 3

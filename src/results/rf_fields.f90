@@ -104,15 +104,17 @@ contains
       real(wp), intent(inout) :: values(:, :)
       integer :: n
       do n = 1, model%mesh%n_nodes
-         values(:, n) = six(model%failure%stress(:, n), &
-                            model%material%section(model%mesh%section(model%mesh%element_of(n)))%law%out_of_plane)
+         values(:, n) = six(model, model%mesh%element_of(n), model%failure%stress(:, n))
       end do
    end subroutine fill_node_stress
 
-   pure function six(stress, out_of_plane) result(all)
-      real(wp), intent(in) :: stress(3), out_of_plane
+   pure function six(model, element, stress) result(all)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: element
+      real(wp), intent(in) :: stress(3)
       real(wp) :: all(6)
-      all = [stress(1), stress(2), out_of_plane*(stress(1) + stress(2)), stress(3), 0.0_wp, 0.0_wp]
+      all = [stress(1), stress(2), model%material%out_of_plane(model%mesh%section(element), element, stress), stress(3), &
+             0.0_wp, 0.0_wp]
    end function six
 
    subroutine fill_sigma1(model, values)
@@ -158,7 +160,7 @@ contains
       real(wp), intent(inout) :: values(:, :)
       integer :: e
       do e = 1, model%mesh%n_elements
-         values(:, e) = six(model%failure%element_stress(:, e), model%material%section(model%mesh%section(e))%law%out_of_plane)
+         values(:, e) = six(model, e, model%failure%element_stress(:, e))
       end do
    end subroutine fill_element_stress
 

@@ -161,7 +161,7 @@ contains
       call put_counts(self, model, position)
       call put_energies(self, model)
       call put_monitors(self, model)
-      call put_sections(self, model)
+      call put_sections(self, model, position)
       call self%history%end_row(file, error)
       self%iterations = 0
    end subroutine row
@@ -238,9 +238,11 @@ contains
       end do
    end subroutine put_monitors
 
-   subroutine put_sections(self, model)
+   !> The state before loading is no equilibrium where there is an initial stress.
+   subroutine put_sections(self, model, position)
       type(history_t), intent(inout) :: self
       type(model_t), intent(in) :: model
+      type(position_t), intent(in) :: position
       type(section_result_t) :: found
       integer :: i
       do i = 1, size(self%lines)
@@ -250,7 +252,8 @@ contains
          call self%history%put(found%force(2))
          call self%history%put(found%moment)
          call self%history%put(found%error)
-         if (model%relaxation%outcome == relaxed) self%figures%section_error = max(self%figures%section_error, found%error)
+         if (model%relaxation%outcome == relaxed .and. position%increment > 0) &
+            self%figures%section_error = max(self%figures%section_error, found%error)
       end do
    end subroutine put_sections
 

@@ -175,7 +175,7 @@ contains
       sigma = 0
       eps = 0
       associate (section => model%material%section(model%mesh%section(element)))
-         sigma(1:4) = [s(1), s(2), section%law%out_of_plane*(s(1) + s(2)), s(3)]
+         sigma(1:4) = [s(1), s(2), model%material%out_of_plane(model%mesh%section(element), element, s), s(3)]
          eps(1:4) = [e(1), e(2), 0.0_wp, 0.5_wp*e(3)]
          if (.not. section%plane_strain) eps(3) = -section%poisson/(1 - section%poisson)*(e(1) + e(2))
       end associate

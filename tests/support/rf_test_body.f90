@@ -167,6 +167,7 @@ contains
       call self%material%adopt(self%changes)
       call self%motion%adopt(self%changes)
       call self%loads%adopt(self%changes)
+      call self%material%initial%nodal_forces(self%mesh, self%material%section%thickness, self%loads%initial, self%changes)
       call self%contact%rebuild(self%mesh, self%material, self%motion, self%changes)
       call self%rows%update(self%mesh, self%material, self%changes)
       call self%pieces%find(self%mesh)

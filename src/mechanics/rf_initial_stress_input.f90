@@ -1,0 +1,157 @@
+!> Reads the stress that the body is under before the first step: `*INITIAL CONDITIONS, TYPE=STRESS`.
+module rf_initial_stress_input
+   use rf_kinds, only: wp
+   use rf_deck, only: deck_t, card_t, in_model
+   use rf_material, only: material_t
+   use rf_mesh, only: mesh_t
+   use rf_mesh_input, only: mesh_input_t
+   use rf_text, only: to_text
+   implicit none
+   private
+   public :: read_initial_stress
+
+   !> What a data line says: stress along y at two heights.
+   type :: depth_line_t
+      !> syy [stress] at the heights y [length]
+      real(wp) :: s(2) = 0, y(2) = 0
+      !> sxx/syy, szz/syy [-]
+      real(wp) :: ratio_x = 0, ratio_z = 0
+   end type depth_line_t
+
+contains
+
+   !> Read all blocks; of several lines for an element the last holds. After read_materials, which knows the plane state.
+   subroutine read_initial_stress(deck, mesh_input, mesh, material)
+      type(deck_t), intent(inout) :: deck
+      type(mesh_input_t), intent(in) :: mesh_input
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(inout) :: material
+      type(card_t) :: card
+      character(len=:), allocatable :: kind
+      logical :: geostatic
+      call deck%open(card, 'INITIAL CONDITIONS', where=in_model, about='the state before the first step. An element that '// &
+                     'several lines name has what the last one says')
+      do while (deck%next(card))
+         call card%get_word('TYPE', kind, allowed='STRESS', later='VELOCITY', about='of what')
+         call card%get_flag('GEOSTATIC', geostatic, about='stress that grows with depth: linear in y, taken at the elements'' '// &
+                            'centroids')
+         if (.not. card%needs_line(trim(merge('elset, s_y1, y1, s_y2, y2, K0', 'elset, sxx, syy, szz, sxy    ', geostatic)))) cycle
+         do
+            if (card%describing()) then
+               call card%form('of STRESS')
+               call read_uniform(card, mesh_input, mesh, material)
+               call card%form('of STRESS, GEOSTATIC')
+               call read_depth(card, mesh_input, mesh, material)
+            else if (geostatic) then
+               call read_depth(card, mesh_input, mesh, material)
+            else
+               call read_uniform(card, mesh_input, mesh, material)
+            end if
+            if (.not. card%line()) exit
+         end do
+      end do
+   end subroutine read_initial_stress
+
+   !> A stress that is the same in all elements of a set.
+   subroutine read_uniform(card, mesh_input, mesh, material)
+      type(card_t), intent(inout) :: card
+      type(mesh_input_t), intent(in) :: mesh_input
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(inout) :: material
+      real(wp) :: stress(4)
+      integer :: set, e
+      call read_set(card, mesh_input, set)
+      call card%field_real('sxx', stress(1), unit='stress', about='tension positive')
+      call card%field_real('syy', stress(2), unit='stress', about='tension positive')
+      call card%field_real('szz', stress(3), unit='stress', about='tension positive; 0 in plane stress')
+      call card%field_real('sxy', stress(4), default=0.0_wp, unit='stress', about='shear stress')
+      if (card%line_failed .or. set == 0) return
+      if (abs(stress(3)) > 0) call refuse_plane_stress(card, 'szz', mesh_input, mesh, set)
+      call start(mesh, material)
+      do e = 1, mesh%n_elements
+         if (mesh%element_in_set(e, set)) material%initial%stress(:, e) = stress
+      end do
+   end subroutine read_uniform
+
+   !> A stress that is linear in y.
+   subroutine read_depth(card, mesh_input, mesh, material)
+      type(card_t), intent(inout) :: card
+      type(mesh_input_t), intent(in) :: mesh_input
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(inout) :: material
+      type(depth_line_t) :: line
+      integer :: set, e
+      logical :: given
+      call read_set(card, mesh_input, set)
+      call card%field_real('s_y1', line%s(1), unit='stress', about='syy at y1, tension positive')
+      call card%field_real('y1', line%y(1), unit='length', about='height')
+      call card%field_real('s_y2', line%s(2), unit='stress', about='syy at y2')
+      call card%field_real('y2', line%y(2), unit='length', about='another height')
+      call card%field_real('K0', line%ratio_x, at_least=0.0_wp, about='sxx/syy')
+      given = .not. card%next_is_empty()
+      call card%field_real('K0_z', line%ratio_z, default=line%ratio_x, at_least=0.0_wp, shown='K0', &
+                           about='szz/syy; szz is 0 in plane stress')
+      if (card%line_failed .or. set == 0) return
+      if (.not. abs(line%y(2) - line%y(1)) > 0) then
+         call card%error('y1 and y2 are the same height, '//to_text(line%y(1))//'; they must differ')
+         return
+      end if
+      if (given .and. line%ratio_z > 0) call refuse_plane_stress(card, 'K0_z', mesh_input, mesh, set)
+      call start(mesh, material)
+      do e = 1, mesh%n_elements
+         if (mesh%element_in_set(e, set)) &
+            material%initial%stress(:, e) = stress_at(line, sum(mesh%x(2, mesh%connectivity(:, e)))/3, mesh_input%plane_strain(e))
+      end do
+   end subroutine read_depth
+
+   !> xx, yy, zz, xy at a height [stress].
+   pure function stress_at(line, y, plane_strain) result(stress)
+      type(depth_line_t), intent(in) :: line
+      !> [length]
+      real(wp), intent(in) :: y
+      logical, intent(in) :: plane_strain
+      real(wp) :: stress(4), part, syy
+      part = (y - line%y(1))/(line%y(2) - line%y(1))
+      syy = line%s(1) + part*(line%s(2) - line%s(1))
+      stress = [line%ratio_x*syy, syy, merge(line%ratio_z*syy, 0.0_wp, plane_strain), 0.0_wp]
+   end function stress_at
+
+   !> The field with the set; 0 if there is none, or the keyword is only described.
+   subroutine read_set(card, mesh_input, set)
+      type(card_t), intent(inout) :: card
+      type(mesh_input_t), intent(in) :: mesh_input
+      integer, intent(out) :: set
+      character(len=:), allocatable :: name, problem
+      set = 0
+      call card%field_name('elset', name, about='set of elements')
+      if (card%describing() .or. len(name) == 0) return
+      call mesh_input%elements%find_set(name, set, problem)
+      if (len(problem) > 0) call card%error(problem)
+   end subroutine read_set
+
+   !> A stress out of the plane contradicts plane stress.
+   subroutine refuse_plane_stress(card, field, mesh_input, mesh, set)
+      type(card_t), intent(inout) :: card
+      character(len=*), intent(in) :: field
+      type(mesh_input_t), intent(in) :: mesh_input
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: set
+      integer :: e, first
+      first = 0
+      do e = 1, mesh%n_elements
+         if (mesh_input%plane_strain(e) .or. .not. mesh%element_in_set(e, set)) cycle
+         if (first == 0) first = e
+         if (mesh%element_rank(e) < mesh%element_rank(first)) first = e
+      end do
+      if (first > 0) call card%error('element '//to_text(mesh%element_id(first))//' is in plane stress (CPS3), where there is '// &
+                                     'no stress out of the plane: '//field//' must be 0')
+   end subroutine refuse_plane_stress
+
+   !> Room for the stresses, once.
+   subroutine start(mesh, material)
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(inout) :: material
+      if (.not. material%initial%given) call material%initial%prepare(mesh%n_elements)
+   end subroutine start
+
+end module rf_initial_stress_input
