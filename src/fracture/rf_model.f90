@@ -49,7 +49,7 @@ module rf_model
       !> what no split may change
       type(baseline_t), private :: baseline
    contains
-      procedure :: prepare, equilibrate, accept, split
+      procedure :: prepare, equilibrate, accept, split, watch_slip
       procedure, private :: check
    end type model_t
 
@@ -87,8 +87,14 @@ contains
       real(wp) :: friction_work
       call self%contact%settle(self%motion, self%relaxation%b, friction_work)
       call self%energy%accept(self%loads, self%motion, self%reaction, friction_work, self%mesh%n_nodes, at_event)
-      if (self%slip_warning_node == 0) self%slip_warning_node = far_slipped_node(self)
+      call self%watch_slip()
    end subroutine accept
+
+   !> Remember the first node whose contact slipped too far.
+   subroutine watch_slip(self)
+      class(model_t), intent(inout) :: self
+      if (self%slip_warning_node == 0) self%slip_warning_node = far_slipped_node(self)
+   end subroutine watch_slip
 
    !> The first node whose pair is in contact and has slipped by a good part of the element size; 0 if there is none.
    integer function far_slipped_node(self) result(node)

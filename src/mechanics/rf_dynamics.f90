@@ -16,7 +16,7 @@ module rf_dynamics
    use rf_contact_k, only: contact_step
    implicit none
    private
-   public :: dynamics_t, safe_time_step
+   public :: dynamics_t, safe_time_step, lumped_mass
 
    !> part of the time step at which Gershgorin's bound of the highest frequency says that a step is just stable
    real(wp), parameter :: safety = 0.9_wp
@@ -42,7 +42,9 @@ module rf_dynamics
       real(wp), allocatable, private :: inverse_mass(:), keep(:)
       real(wp), allocatable, private :: ones(:), partial(:, :)
       logical, allocatable, private :: special(:)
-      logical, private :: damped = .false., forces_vary = .false., starting = .false.
+      !> applied forces change with time
+      logical :: forces_vary = .false.
+      logical, private :: damped = .false., starting = .false.
       !> directions that supports move: node, direction, place among the contact nodes (0: none); their displacement at the
       !> next state, velocity before the step [length per step] and reaction [force]
       integer, private :: n_moving = 0
@@ -54,8 +56,8 @@ module rf_dynamics
       real(wp), allocatable, private :: booked_x(:), booked_y(:)
    contains
       procedure :: prepare, give_velocity, begin_step, follow_split, set_time_step, evaluate, complete, move, end_step, adopt
-      procedure :: kinetic_energy_before, book_loads, not_finite
-      procedure, private :: weigh, find_moving, set_factors, drive, find_moving_forces, book_half, prepare_masks, start_ledger
+      procedure :: kinetic_energy_before, book_loads, not_finite, add_moving, show_initial
+      procedure, private :: find_moving, set_factors, drive, find_moving_forces, book_half, prepare_masks, start_ledger
    end type dynamics_t
 
 contains
@@ -76,6 +78,12 @@ contains
       if (.not. allocated(self%initial)) allocate (self%initial(2, n_nodes), source=0.0_wp)
       self%initial(dof, node) = value
    end subroutine give_velocity
+
+   !> The first step is dynamic: the velocities that the deck gives are those of the start.
+   subroutine show_initial(self)
+      class(dynamics_t), intent(inout) :: self
+      if (allocated(self%initial)) self%velocity(:, :size(self%initial, 2)) = self%initial
+   end subroutine show_initial
 
    !> Start a dynamic step from the present displacements and velocities. Loads that have no amplitude act at once.
    subroutine begin_step(self, mesh, material, rows, contact, loads, motion)
@@ -116,7 +124,8 @@ contains
       type(motion_t), intent(in) :: motion
       integer :: n
       n = mesh%n_nodes
-      call self%weigh(mesh, material)
+      call lumped_mass(mesh, material, self%mass, self%damping)
+      self%damped = any(self%damping(:n) > 0)
       self%safe = safe_time_step(n, rows, self%mass)
       call self%prepare_masks(mesh, rows, contact, loads)
       call self%find_moving(mesh, contact, loads)
@@ -127,26 +136,26 @@ contains
    end subroutine follow_split
 
    !> Mass and damping of all nodes, from the elements in their order.
-   subroutine weigh(self, mesh, material)
-      class(dynamics_t), intent(inout) :: self
+   subroutine lumped_mass(mesh, material, mass, damping)
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
+      !> a third of each element [mass]; mean of the elements' damping, weighted by it [1/time], (nodes)
+      real(wp), allocatable, intent(inout) :: mass(:), damping(:)
       real(wp) :: third
       integer :: e
-      call grow(self%mass, mesh%n_nodes)
-      call grow(self%damping, mesh%n_nodes)
-      self%mass = 0
-      self%damping = 0
+      call grow(mass, mesh%n_nodes)
+      call grow(damping, mesh%n_nodes)
+      mass = 0
+      damping = 0
       do e = 1, mesh%n_elements
          associate (section => material%section(mesh%section(e)), corner => mesh%connectivity(:, e))
             third = section%density*section%thickness*mesh%area(e)/3
-            self%mass(corner) = self%mass(corner) + third
-            self%damping(corner) = self%damping(corner) + section%damping*third
+            mass(corner) = mass(corner) + third
+            damping(corner) = damping(corner) + section%damping*third
          end associate
       end do
-      self%damped = any(self%damping(:mesh%n_nodes) > 0)
-      self%damping(:mesh%n_nodes) = self%damping(:mesh%n_nodes)/self%mass(:mesh%n_nodes)
-   end subroutine weigh
+      damping(:mesh%n_nodes) = damping(:mesh%n_nodes)/mass(:mesh%n_nodes)
+   end subroutine lumped_mass
 
    !> Largest time step that is safe (theory: eq. 61): 0.9 x 2/omega with the bound of Gershgorin for the largest omega.
    pure real(wp) function safe_time_step(n_nodes, rows, mass)
@@ -411,8 +420,8 @@ contains
       type(motion_t), intent(in) :: motion
       real(wp), intent(in) :: part
       type(energy_t), intent(inout) :: energy
-      energy%external = energy%external + part*(dot_product(loads%px(:n_nodes), motion%vx(:n_nodes)) &
-                                                + dot_product(loads%py(:n_nodes), motion%vy(:n_nodes)))
+      energy%external = energy%external + part*(dot_product(loads%applied(1, :n_nodes), motion%vx(:n_nodes)) &
+                                                + dot_product(loads%applied(2, :n_nodes), motion%vy(:n_nodes)))
    end subroutine add_work
 
    !> Book the work of loads that do not vary, from where it was booked last to the present displacements.
@@ -427,36 +436,43 @@ contains
       if (self%forces_vary) return
       work = 0
       do n = 1, n_nodes
-         work = work + (loads%px(n)*(motion%ux(n) - self%booked_x(n)) + loads%py(n)*(motion%uy(n) - self%booked_y(n)))
+         work = work + (loads%applied(1, n)*(motion%ux(n) - self%booked_x(n)) &
+                        + loads%applied(2, n)*(motion%uy(n) - self%booked_y(n)))
       end do
       energy%external = energy%external + work
       self%booked_x(:n_nodes) = motion%ux(:n_nodes)
       self%booked_y(:n_nodes) = motion%uy(:n_nodes)
    end subroutine book_loads
 
-   !> All that is shown of the state just evaluated with keep_all: velocities, reactions, energies.
-   subroutine complete(self, mesh, loads, motion, energy, reaction)
+   !> Reactions of supports that move, in the place of those that would hold the body at rest.
+   subroutine add_moving(self, reaction)
+      class(dynamics_t), intent(in) :: self
+      !> (2, nodes) [force]
+      real(wp), intent(inout) :: reaction(:, :)
+      integer :: k
+      do k = 1, self%n_moving
+         reaction(self%moving(2, k), self%moving(1, k)) = self%moving_force(k)
+      end do
+   end subroutine add_moving
+
+   !> What is shown of the state just evaluated with keep_all: velocities, energies.
+   subroutine complete(self, mesh, loads, motion, energy)
       class(dynamics_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(loads_t), intent(in) :: loads
       type(motion_t), intent(in) :: motion
       type(energy_t), intent(inout) :: energy
-      !> of supports at rest; gets those that move [force], (2, nodes)
-      real(wp), intent(inout) :: reaction(:, :)
       real(wp) :: kinetic
-      integer :: n, k
+      integer :: n
       call grow(self%velocity, mesh%n_nodes, 2)
       kinetic = 0
       do n = 1, mesh%n_nodes
          kinetic = kinetic + self%mass(n)*(self%old_x(n)*motion%vx(n) + self%old_y(n)*motion%vy(n))
          self%velocity(:, n) = 0.5_wp*[self%old_x(n) + motion%vx(n), self%old_y(n) + motion%vy(n)]/self%time_step
       end do
-      do k = 1, self%n_moving
-         reaction(self%moving(2, k), self%moving(1, k)) = self%moving_force(k)
-      end do
       call self%book_loads(mesh%n_nodes, loads, motion, energy)
       energy%kinetic = 0.5_wp*kinetic/self%time_step**2          ! (theory: eq. 62)
-      energy%strain = energy%strain_energy(motion, mesh%n_nodes)
+      energy%strain = energy%strain_energy(loads, motion, mesh%n_nodes)
       energy%largest_external = max(energy%largest_external, abs(energy%external))
    end subroutine complete
 

@@ -172,8 +172,8 @@ contains
             call reading%begin_block(card, [load_support])
          end if
          call card%get_word('TYPE', kind, allowed='DISPLACEMENT VELOCITY', default='DISPLACEMENT', &
-                            about='what the value is. VELOCITY: the support moves by velocity x step time, or by the integral of '// &
-                            'velocity x amplitude; in the next step it keeps its last velocity')
+                            about='what the value is. VELOCITY: the support moves by velocity x step time, or by the '// &
+                            'integral of velocity x amplitude; in the next step it keeps its last velocity')
          reading%is_velocity = kind == 'VELOCITY'
          if (card%step == 0 .and. card%given('TYPE')) call card%keyword_error('TYPE belongs to a *BOUNDARY in a step')
          if (.not. reading%has_line(card, 'node or set, first dof, last dof, value')) cycle

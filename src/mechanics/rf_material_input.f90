@@ -146,8 +146,8 @@ contains
       do while (deck%next(card))
          m = material_of(deck, card, size(draft))
          call refuse_second(card, seen(m))
-         call card%get_real('ALPHA', draft(m)%section%damping, at_least=0.0_wp, unit='1/time', about='force against the motion, '// &
-                            'in units of mass x velocity')
+         call card%get_real('ALPHA', draft(m)%section%damping, at_least=0.0_wp, unit='1/time', &
+                            about='force against the motion, in units of mass x velocity')
       end do
    end subroutine read_damping
 

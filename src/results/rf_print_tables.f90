@@ -66,13 +66,15 @@ contains
       integer :: i
       if (.not. self%open) return
       do i = 1, size(self%nodes)
-         if (.not. due(self%nodes(i)%first_step, self%nodes(i)%last_step, self%nodes(i)%frequency, self%nodes(i)%frequency_given, position)) cycle
+         if (.not. due(self%nodes(i)%first_step, self%nodes(i)%last_step, self%nodes(i)%frequency, &
+                       self%nodes(i)%frequency_given, position)) cycle
          if (self%already(i, position)) cycle
          call self%write_nodes(model, position, self%nodes(i), error)
          if (allocated(error)) return
       end do
       do i = 1, size(self%elements)
-         if (.not. due(self%elements(i)%first_step, self%elements(i)%last_step, self%elements(i)%frequency, self%elements(i)%frequency_given, position)) cycle
+         if (.not. due(self%elements(i)%first_step, self%elements(i)%last_step, self%elements(i)%frequency, &
+                       self%elements(i)%frequency_given, position)) cycle
          if (self%already(size(self%nodes) + i, position)) cycle
          call self%write_elements(model, position, self%elements(i), error)
          if (allocated(error)) return

@@ -42,13 +42,13 @@ module rf_recorder
 contains
 
    !> Make all result files. On an error those that this run made are deleted again.
-   subroutine create(self, prefix, title, requests, fracture, error)
+   subroutine create(self, prefix, title, requests, fracture, dynamic, error)
       class(recorder_t), intent(inout) :: self
       !> folder and job name; first line of the heading
       character(len=*), intent(in) :: prefix, title
       type(output_requests_t), intent(in) :: requests
-      !> some step looks at the criterion
-      logical, intent(in) :: fracture
+      !> some step looks at the criterion; some step is dynamic
+      logical, intent(in) :: fracture, dynamic
       character(len=:), allocatable, intent(out) :: error
       call self%take_requests(requests)
       self%files = prefix//'.h5 '//prefix//'_history.csv '//prefix//'_events.csv'
@@ -62,7 +62,7 @@ contains
       if (.not. allocated(error)) call self%history%create(prefix, self%file, error)
       if (.not. allocated(error)) call self%file%start_swmr(error)
       if (.not. allocated(error)) call self%history%start(self%file, error)
-      if (.not. allocated(error)) call self%frames%create(prefix, title, fracture, error)
+      if (.not. allocated(error)) call self%frames%create(prefix, title, fracture, dynamic, error)
       if (.not. allocated(error)) call self%tables%create(prefix, error)
       if (allocated(error)) call self%discard()
    end subroutine create
