@@ -5,6 +5,8 @@ module rf_case
    use rf_diagnostics, only: diagnostics_t, new_place
    use rf_mesh_input, only: mesh_input_t
    use rf_topology, only: build_topology, manifold_ok
+   use rf_crack_input, only: crack_list_t
+   use rf_crack_insertion, only: insert_cracks
    use rf_material_input, only: read_materials
    use rf_initial_input, only: read_initial_conditions
    use rf_strength_input, only: read_strengths, read_no_split
@@ -33,10 +35,12 @@ contains
       character(len=:), allocatable, intent(out) :: job
       type(diagnostics_t), intent(inout) :: diagnostics
       type(mesh_input_t) :: mesh_input
+      type(crack_list_t) :: cracks
       associate (model => simulation%model)
          call read_job(deck, job)
          call mesh_input%read(deck, model%mesh, diagnostics)
          call connect(simulation, deck, diagnostics)
+         call cracks%read(deck)
          call read_materials(deck, mesh_input, model%mesh, model%material, diagnostics)
          call read_initial_conditions(deck, mesh_input, model%mesh, model%material, model%dynamics)
          call read_strengths(deck, model%material, model%failure, diagnostics)
@@ -57,6 +61,7 @@ contains
          call deck%finish(diagnostics)
          if (deck%describing() .or. diagnostics%n_errors > 0) return
          call model%loads%know_faces(model%mesh, simulation%loads, mesh_input%turned)
+         call insert_cracks(cracks, model, diagnostics)
       end associate
    end subroutine read_case
 

@@ -187,7 +187,6 @@ contains
    subroutine declare_others(deck)
       type(deck_t), intent(inout) :: deck
       call deck%later('MODEL CHANGE', 'excavation')
-      call deck%later('CRACK', 'cracks that exist from the start')
       call deck%later('SOFTENING', 'fracture energy')
       call deck%later('RESTART', 'checkpoints')
       call deck%skipped('NODE FILE')

@@ -33,7 +33,7 @@ module rf_deck
    contains
       procedure :: read_file, read_text, describe, release
       procedure :: open => open_card
-      procedure :: next, ordinal, later, skipped, finish
+      procedure :: next, ordinal, last_of, later, skipped, finish
       procedure :: explain, write_manual, full_text, settings, heading
       procedure :: step_count, count_of, has_errors, default_job, name, describing
       final :: finalize
@@ -158,6 +158,20 @@ contains
       end do
       n = low
    end function ordinal
+
+   !> Where the last block of a keyword before the card's block stands among all blocks (0: there is none): of two keywords
+   !> that a block may belong to it belongs to the one of the larger number.
+   integer function last_of(self, card, keyword) result(block)
+      class(deck_t), intent(in) :: self
+      !> the card
+      type(card_t), intent(in) :: card
+      !> without the star
+      character(len=*), intent(in) :: keyword
+      integer :: n
+      block = 0
+      n = self%ordinal(card, keyword)
+      if (n > 0) block = self%store%kinds(find_kind(self%store, upper(squeezed(keyword))))%blocks(n)
+   end function last_of
 
    !> A keyword that this version does not run yet: an error that says so.
    subroutine later(self, keyword, what)

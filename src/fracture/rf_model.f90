@@ -55,10 +55,13 @@ module rf_model
 
 contains
 
-   !> Everything that follows from mesh, sections, strengths and loads; displacements are zero.
+   !> Everything that follows from mesh, sections, strengths and loads; displacements are zero. The changes are those by
+   !> which cracks that exist from the start came into the mesh.
    subroutine prepare(self)
       class(model_t), intent(inout) :: self
       call self%loads%prepare(self%mesh%n_nodes)
+      call self%loads%adopt(self%changes)
+      call self%material%initial%assign_lines(self%mesh, self%material%section%plane_strain)
       call self%material%initial%nodal_forces(self%mesh, self%material%section%thickness, self%loads%initial)
       call self%rows%build(self%mesh, self%material)
       call self%motion%reserve(self%mesh%n_nodes)
@@ -66,6 +69,7 @@ contains
       call self%pieces%find(self%mesh)
       call self%energy%prepare(self%loads, self%mesh%n_nodes)
       call self%dynamics%prepare(self%mesh%n_nodes)
+      call self%dynamics%adopt(self%changes)
       allocate (self%reaction(2, self%mesh%n_nodes), source=0.0_wp)
       if (checked_build) call take_baseline(self%mesh, self%baseline)
    end subroutine prepare

@@ -160,21 +160,28 @@ contains
          self%cohesion(p) = huge(1.0_wp)
       end subroutine start_pair
 
-      !> Half the segment belongs to the pair; of two materials the smaller friction and cohesion count.
+      !> Half the segment belongs to the pair. Friction and cohesion are those of the crack if it has its own, else those of
+      !> the material; of several the smaller count.
       subroutine add_segment(s)
          integer, intent(in) :: s
-         integer :: ends(2, 2), side, e
+         integer :: ends(2, 2), side, e, crack
          real(wp) :: along(2), sense
          ends = side_nodes(mesh, s)
          along = mesh%x(:, ends(2, 1)) - mesh%x(:, ends(1, 1))
          sense = merge(1.0_wp, -1.0_wp, any(ends(:, 1) == self%pair(1, p)))
          ! the outward normal of the first side points to the second
          self%normal(:, p) = self%normal(:, p) + sense*[along(2), -along(1)]
+         crack = mesh%segment_crack(s)
          do side = 1, 2
             e = mesh%section(mesh%segment_element(side, s))
+            if (material%surface_given(crack)) cycle
             self%friction(p) = min(self%friction(p), material%section(e)%friction)
             self%cohesion(p) = min(self%cohesion(p), material%section(e)%cohesion)
          end do
+         if (material%surface_given(crack)) then
+            self%friction(p) = min(self%friction(p), material%surface(crack)%friction)
+            self%cohesion(p) = min(self%cohesion(p), material%surface(crack)%cohesion)
+         end if
          self%area(p) = self%area(p) + 0.5_wp*norm2(along)*material%section(e)%thickness
       end subroutine add_segment
 

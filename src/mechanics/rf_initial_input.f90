@@ -4,6 +4,7 @@ module rf_initial_input
    use rf_dynamics, only: dynamics_t
    use rf_initial_velocity_input, only: read_velocity_line
    use rf_deck, only: deck_t, card_t, in_model
+   use rf_initial_stress, only: stress_line_t
    use rf_material, only: material_t
    use rf_mesh, only: mesh_t
    use rf_mesh_input, only: mesh_input_t
@@ -12,17 +13,9 @@ module rf_initial_input
    private
    public :: read_initial_conditions
 
-   !> What a data line says: stress along y at two heights.
-   type :: depth_line_t
-      !> syy [stress] at the heights y [length]
-      real(wp) :: s(2) = 0, y(2) = 0
-      !> sxx/syy, szz/syy [-]
-      real(wp) :: ratio_x = 0, ratio_z = 0
-   end type depth_line_t
-
 contains
 
-   !> Read all blocks; of several lines for an element the last holds. After read_materials, which knows the plane state.
+   !> Read all blocks. The elements get their stress when the mesh is complete (model%prepare).
    subroutine read_initial_conditions(deck, mesh_input, mesh, material, dynamics)
       type(deck_t), intent(inout) :: deck
       type(mesh_input_t), intent(in) :: mesh_input
@@ -71,7 +64,7 @@ contains
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(inout) :: material
       real(wp) :: stress(4)
-      integer :: set, e
+      integer :: set
       call read_set(card, mesh_input, set)
       call card%field_real('sxx', stress(1), unit='stress', about='tension positive')
       call card%field_real('syy', stress(2), unit='stress', about='tension positive')
@@ -79,10 +72,7 @@ contains
       call card%field_real('sxy', stress(4), default=0.0_wp, unit='stress', about='shear stress')
       if (card%line_failed .or. set == 0) return
       if (abs(stress(3)) > 0) call refuse_plane_stress(card, 'szz', mesh_input, mesh, set)
-      call start(mesh, material)
-      do e = 1, mesh%n_elements
-         if (mesh%element_in_set(e, set)) material%initial%stress(:, e) = stress
-      end do
+      call keep(material, set, stress, [0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
    end subroutine read_uniform
 
    !> A stress that is linear in y.
@@ -91,42 +81,28 @@ contains
       type(mesh_input_t), intent(in) :: mesh_input
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(inout) :: material
-      type(depth_line_t) :: line
-      integer :: set, e
+      real(wp) :: s(2), y(2), ratio_x, ratio_z, slope, ratio(4)
+      integer :: set
       logical :: given
       call read_set(card, mesh_input, set)
-      call card%field_real('s_y1', line%s(1), unit='stress', about='syy at y1, tension positive')
-      call card%field_real('y1', line%y(1), unit='length', about='height')
-      call card%field_real('s_y2', line%s(2), unit='stress', about='syy at y2')
-      call card%field_real('y2', line%y(2), unit='length', about='another height')
-      call card%field_real('K0', line%ratio_x, at_least=0.0_wp, about='sxx/syy')
+      call card%field_real('s_y1', s(1), unit='stress', about='syy at y1, tension positive')
+      call card%field_real('y1', y(1), unit='length', about='height')
+      call card%field_real('s_y2', s(2), unit='stress', about='syy at y2')
+      call card%field_real('y2', y(2), unit='length', about='another height')
+      call card%field_real('K0', ratio_x, at_least=0.0_wp, about='sxx/syy')
       given = .not. card%next_is_empty()
-      call card%field_real('K0_z', line%ratio_z, default=line%ratio_x, at_least=0.0_wp, shown='K0', &
+      call card%field_real('K0_z', ratio_z, default=ratio_x, at_least=0.0_wp, shown='K0', &
                            about='szz/syy; szz is 0 in plane stress')
       if (card%line_failed .or. set == 0) return
-      if (.not. abs(line%y(2) - line%y(1)) > 0) then
-         call card%error('y1 and y2 are the same height, '//to_text(line%y(1))//'; they must differ')
+      if (.not. abs(y(2) - y(1)) > 0) then
+         call card%error('y1 and y2 are the same height, '//to_text(y(1))//'; they must differ')
          return
       end if
-      if (given .and. line%ratio_z > 0) call refuse_plane_stress(card, 'K0_z', mesh_input, mesh, set)
-      call start(mesh, material)
-      do e = 1, mesh%n_elements
-         if (mesh%element_in_set(e, set)) &
-            material%initial%stress(:, e) = stress_at(line, sum(mesh%x(2, mesh%connectivity(:, e)))/3, mesh_input%plane_strain(e))
-      end do
+      if (given .and. ratio_z > 0) call refuse_plane_stress(card, 'K0_z', mesh_input, mesh, set)
+      slope = (s(2) - s(1))/(y(2) - y(1))
+      ratio = [ratio_x, 1.0_wp, ratio_z, 0.0_wp]
+      call keep(material, set, ratio*(s(1) - slope*y(1)), ratio*slope)
    end subroutine read_depth
-
-   !> xx, yy, zz, xy at a height [stress].
-   pure function stress_at(line, y, plane_strain) result(stress)
-      type(depth_line_t), intent(in) :: line
-      !> [length]
-      real(wp), intent(in) :: y
-      logical, intent(in) :: plane_strain
-      real(wp) :: stress(4), part, syy
-      part = (y - line%y(1))/(line%y(2) - line%y(1))
-      syy = line%s(1) + part*(line%s(2) - line%s(1))
-      stress = [line%ratio_x*syy, syy, merge(line%ratio_z*syy, 0.0_wp, plane_strain), 0.0_wp]
-   end function stress_at
 
    !> The field with the set; 0 if there is none, or the keyword is only described.
    subroutine read_set(card, mesh_input, set)
@@ -159,11 +135,18 @@ contains
                                      'no stress out of the plane: '//field//' must be 0')
    end subroutine refuse_plane_stress
 
-   !> Room for the stresses, once.
-   subroutine start(mesh, material)
-      type(mesh_t), intent(in) :: mesh
+   !> Keep what a line says.
+   subroutine keep(material, set, base, slope)
       type(material_t), intent(inout) :: material
-      if (.not. material%initial%given) call material%initial%prepare(mesh%n_elements)
-   end subroutine start
+      integer, intent(in) :: set
+      !> of stress_line_t
+      real(wp), intent(in) :: base(4), slope(4)
+      type(stress_line_t) :: line
+      line%set = set
+      line%base = base
+      line%slope = slope
+      if (.not. allocated(material%initial%line)) allocate (material%initial%line(0))
+      material%initial%line = [material%initial%line, line]
+   end subroutine keep
 
 end module rf_initial_input

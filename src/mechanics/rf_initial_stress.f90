@@ -10,15 +10,25 @@ module rf_initial_stress
    use rf_cst, only: gradients, corner_forces
    implicit none
    private
-   public :: initial_stress_t
+   public :: initial_stress_t, stress_line_t
+
+   !> What the deck says of the elements of a set: a stress that is linear in y.
+   type :: stress_line_t
+      !> number of the element set
+      integer :: set = 0
+      !> xx, yy, zz, xy at y = 0 [stress] and their increase with y [stress/length]
+      real(wp) :: base(4) = 0, slope(4) = 0
+   end type stress_line_t
 
    type :: initial_stress_t
       !> some element has an initial stress; if not, the array is not there
       logical :: given = .false.
       !> xx, yy, zz, xy, tension positive [stress], (4, elements)
       real(wp), allocatable :: stress(:, :)
+      !> what the deck says, in its order; not allocated if it says nothing
+      type(stress_line_t), allocatable :: line(:)
    contains
-      procedure :: prepare, adopt, in_plane, nodal_force, nodal_forces
+      procedure :: prepare, assign_lines, adopt, in_plane, nodal_force, nodal_forces
    end type initial_stress_t
 
 contains
@@ -31,6 +41,25 @@ contains
       if (allocated(self%stress)) deallocate (self%stress)
       allocate (self%stress(4, n_elements), source=0.0_wp)
    end subroutine prepare
+
+   !> The stress of every element by the lines of the deck, of which the last that names an element holds: taken at the
+   !> centroid, once the mesh is as it will be before the first step.
+   subroutine assign_lines(self, mesh, plane_strain)
+      class(initial_stress_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      !> of the sections
+      logical, intent(in) :: plane_strain(:)
+      integer :: i, e
+      if (.not. allocated(self%line)) return
+      call self%prepare(mesh%n_elements)
+      do i = 1, size(self%line)
+         do e = 1, mesh%n_elements
+            if (.not. mesh%element_in_set(e, self%line(i)%set)) cycle
+            self%stress(:, e) = self%line(i)%base + self%line(i)%slope*(sum(mesh%x(2, mesh%connectivity(:, e)))/3)
+            if (.not. plane_strain(mesh%section(e))) self%stress(3, e) = 0
+         end do
+      end do
+   end subroutine assign_lines
 
    !> Children are under the stress of the element they were cut from.
    subroutine adopt(self, changes)

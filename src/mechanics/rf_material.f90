@@ -8,7 +8,7 @@ module rf_material
    use rf_topology, only: changes_t
    implicit none
    private
-   public :: material_t, section_t
+   public :: material_t, section_t, surface_t
 
    !> A material as a section of the body uses it.
    type :: section_t
@@ -30,15 +30,25 @@ module rf_material
       real(wp) :: young = 0, poisson = 0
    end type section_t
 
+   !> Surfaces of a crack that exists from the start.
+   type :: surface_t
+      !> the deck gives them friction of their own; else that of the materials beside them counts
+      logical :: given = .false.
+      !> coefficient of friction [-], cohesion [stress]
+      real(wp) :: friction = 0, cohesion = 0
+   end type surface_t
+
    type :: material_t
       type(section_t), allocatable :: section(:)
       !> names of the materials, (materials)
       character(len=80), allocatable :: name(:)
+      !> surfaces of each *CRACK (not allocated: there is none), (cracks)
+      type(surface_t), allocatable :: surface(:)
       !> factor of stiffness and of strength (tensile strength, cohesion) of each element [-], (capacity)
       real(wp), allocatable :: stiffness_factor(:), strength_factor(:)
       type(initial_stress_t) :: initial
    contains
-      procedure :: prepare, adopt, out_of_plane
+      procedure :: prepare, adopt, surface_given, out_of_plane
    end type material_t
 
 contains
@@ -49,6 +59,15 @@ contains
       integer, intent(in) :: n_elements
       allocate (self%stiffness_factor(n_elements), self%strength_factor(n_elements), source=1.0_wp)
    end subroutine prepare
+
+   !> Whether a crack has friction of its own (crack 0, broken in the run, has not).
+   pure logical function surface_given(self, crack)
+      class(material_t), intent(in) :: self
+      !> number of the *CRACK
+      integer, intent(in) :: crack
+      surface_given = .false.
+      if (crack > 0 .and. allocated(self%surface)) surface_given = self%surface(crack)%given
+   end function surface_given
 
    !> Children have the factors and the initial stress of the element they were cut from.
    subroutine adopt(self, changes)

@@ -6,7 +6,7 @@ module rf_material_input
    use rf_deck, only: deck_t, card_t, in_model
    use rf_deck_rules, only: name_table_t, may_be_misspelt
    use rf_diagnostics, only: diagnostics_t, place_t
-   use rf_material, only: material_t, section_t
+   use rf_material, only: material_t, section_t, surface_t
    use rf_mesh, only: mesh_t
    use rf_mesh_input, only: mesh_input_t
    use rf_scatter, only: scatter_t, scatter_none, scatter_weibull, scatter_normal, least_modulus, largest_deviation
@@ -48,7 +48,7 @@ contains
       call read_elastic(deck, names, draft, diagnostics)
       call read_density(deck, draft)
       call read_damping(deck, draft)
-      call read_friction(deck, draft)
+      call read_friction(deck, draft, material)
       call read_heterogeneity(deck, draft)
       call list_names(names, size(draft), material)
       if (.not. deck%describing()) mesh%section(:mesh%n_elements) = 0
@@ -83,12 +83,17 @@ contains
       end do
    end subroutine read_names
 
-   !> The second keyword of a kind that a material has.
-   subroutine refuse_second(card, seen)
+   !> The second keyword of a kind that a material (or what else it belongs to) has.
+   subroutine refuse_second(card, seen, owner)
       type(card_t), intent(inout) :: card
-      !> the material has one; true afterwards
+      !> it has one; true afterwards
       logical, intent(inout) :: seen
-      if (seen) call card%keyword_error('the material has *'//card%keyword()//' already')
+      !> 'material' (default)
+      character(len=*), intent(in), optional :: owner
+      character(len=:), allocatable :: noun
+      noun = 'material'
+      if (present(owner)) noun = owner
+      if (seen) call card%keyword_error('the '//noun//' has *'//card%keyword()//' already')
       seen = .true.
    end subroutine refuse_second
 
@@ -151,30 +156,56 @@ contains
       end do
    end subroutine read_damping
 
-   !> Friction of the surfaces that come by breaking.
-   subroutine read_friction(deck, draft)
+   !> Friction of the surfaces that come by breaking, and of cracks that exist from the start: the block belongs to the last
+   !> *MATERIAL or *CRACK before it.
+   subroutine read_friction(deck, draft, material)
       type(deck_t), intent(inout) :: deck
       type(draft_t), intent(inout) :: draft(:)
+      !> gets the surfaces of the cracks
+      type(material_t), intent(inout) :: material
       type(card_t) :: card
+      type(surface_t) :: surface
       logical :: noted
+      integer :: m, c
       noted = .false.
-      call deck%open(card, 'FRICTION', where=in_model, about='friction of surfaces broken in this material (without it the '// &
-                     'tangent of the angle of internal friction). Between two materials the smaller of each holds')
+      if (allocated(material%surface)) deallocate (material%surface)
+      allocate (material%surface(deck%count_of('CRACK')))
+      call deck%open(card, 'FRICTION', where=in_model, about='friction of surfaces broken in the last *MATERIAL before it '// &
+                     '(without it the tangent of the angle of internal friction; between two materials the smaller of each '// &
+                     'holds), or of the last *CRACK (without it as if it had come by breaking)')
       do while (deck%next(card))
-         associate (this => draft(material_of(deck, card, size(draft)))%section)
-            call refuse_second(card, this%friction_given)
-            call card%get_real('COHESION', this%cohesion, default=0.0_wp, at_least=0.0_wp, unit='stress', &
-                               about='shear stress borne besides friction until the surface first slips or opens')
-            if (.not. card%needs_line('mu')) cycle
-            call card%field_real('mu', this%friction, at_least=0.0_wp, about='coefficient of friction')
-            if (.not. (noted .or. card%next_is_empty())) then
-               call card%note('the second field of *FRICTION is not used and skipped')
-               noted = .true.
-            end if
-            call card%field_skip('stick slope')
-         end associate
+         c = deck%ordinal(card, 'CRACK')
+         if (deck%last_of(card, 'CRACK') > deck%last_of(card, 'MATERIAL')) then
+            call refuse_second(card, material%surface(c)%given, 'crack')
+            call read_surface(card, surface, noted)
+            surface%given = .true.
+            material%surface(c) = surface
+         else
+            m = material_of(deck, card, size(draft))
+            call refuse_second(card, draft(m)%section%friction_given)
+            call read_surface(card, surface, noted)
+            draft(m)%section%friction = surface%friction
+            draft(m)%section%cohesion = surface%cohesion
+         end if
       end do
    end subroutine read_friction
+
+   !> Parameters and data line of *FRICTION.
+   subroutine read_surface(card, surface, noted)
+      type(card_t), intent(inout) :: card
+      type(surface_t), intent(out) :: surface
+      !> the note about the second field has been given
+      logical, intent(inout) :: noted
+      call card%get_real('COHESION', surface%cohesion, default=0.0_wp, at_least=0.0_wp, unit='stress', &
+                         about='shear stress borne besides friction until the surface first slips or opens')
+      if (.not. card%needs_line('mu')) return
+      call card%field_real('mu', surface%friction, at_least=0.0_wp, about='coefficient of friction')
+      if (.not. (noted .or. card%next_is_empty())) then
+         call card%note('the second field of *FRICTION is not used and skipped')
+         noted = .true.
+      end if
+      call card%field_skip('stick slope')
+   end subroutine read_surface
 
    !> Scatter of strength and stiffness from element to element.
    subroutine read_heterogeneity(deck, draft)

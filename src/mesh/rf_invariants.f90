@@ -21,8 +21,8 @@ module rf_invariants
       real(wp) :: area = 0, perimeter = 0
       !> Euler characteristic of the body with its cracks closed
       integer :: euler = 0
-      !> ids given before the first split
-      integer :: last_node_id = 0, last_element_id = 0
+      !> nodes and elements, and ids given, before the first split
+      integer :: n_nodes = 0, n_elements = 0, last_node_id = 0, last_element_id = 0
    end type baseline_t
 
    !> Parts of the body as joined corners: corner k of element e is number 3 (e - 1) + k.
@@ -44,6 +44,8 @@ contains
       call measure(mesh, baseline%area, baseline%perimeter)
       call join(mesh, joined)
       baseline%euler = closed_euler(mesh, joined)
+      baseline%n_nodes = mesh%n_nodes
+      baseline%n_elements = mesh%n_elements
       baseline%last_node_id = mesh%last_node_id
       baseline%last_element_id = mesh%last_element_id
    end subroutine take_baseline
@@ -199,6 +201,9 @@ contains
                to_text(mesh%segment_event(s))
          else if (mesh%segment_mode(s) < 0 .or. mesh%segment_mode(s) > 2 .or. mesh%segment_event(s) < 0) then
             problem = 'segment '//to_text(s)//' has no mode or event'
+         else if (mesh%segment_crack(s) < 0 .or. (mesh%segment_crack(s) > 0 .and. mesh%segment_event(s) > 0)) then
+            problem = 'segment '//to_text(s)//' of event '//to_text(mesh%segment_event(s))//' belongs to crack '// &
+               to_text(mesh%segment_crack(s))
          end if
       end do
    end subroutine check_segments
@@ -210,9 +215,9 @@ contains
       character(len=:), allocatable, intent(inout) :: problem
       integer :: n, e
       call check_list('node', mesh%node_id(:mesh%n_nodes), mesh%node_rank(:mesh%n_nodes), mesh%n_deck_nodes, &
-                      baseline%last_node_id, mesh%last_node_id, problem)
+                      baseline%n_nodes, baseline%last_node_id, mesh%last_node_id, problem)
       call check_list('element', mesh%element_id(:mesh%n_elements), mesh%element_rank(:mesh%n_elements), &
-                      mesh%n_deck_elements, baseline%last_element_id, mesh%last_element_id, problem)
+                      mesh%n_deck_elements, baseline%n_elements, baseline%last_element_id, mesh%last_element_id, problem)
       do n = 1, mesh%n_nodes
          if (len(problem) > 0) return
          e = mesh%element_of(n)
@@ -225,13 +230,13 @@ contains
    end subroutine check_numbers
 
    !> Ids and ranks of nodes or elements.
-   subroutine check_list(what, id, rank, n_deck, last_before, last, problem)
+   subroutine check_list(what, id, rank, n_deck, n_before, last_before, last, problem)
       !> node or element
       character(len=*), intent(in) :: what
       !> ids and ranks of all of them
       integer, intent(in) :: id(:), rank(:)
-      !> how many the deck has; the largest id before the first split, and now
-      integer, intent(in) :: n_deck, last_before, last
+      !> how many the deck has, and there were before the first split; the largest id then, and now
+      integer, intent(in) :: n_deck, n_before, last_before, last
       character(len=:), allocatable, intent(inout) :: problem
       integer, allocatable :: order(:)
       integer :: i
@@ -240,10 +245,10 @@ contains
          if (id(order(i)) == id(order(i - 1))) problem = 'two '//what//'s with the id '//to_text(id(order(i)))
       end do
       do i = n_deck + 1, size(id)
-         if (id(i) /= last_before + i - n_deck) problem = what//' '//to_text(i)//' has the id '//to_text(id(i))
+         if (id(i) /= last_before + i - n_before) problem = what//' '//to_text(i)//' has the id '//to_text(id(i))
          if (rank(i) /= i) problem = what//' '//to_text(i)//' has the rank '//to_text(rank(i))
       end do
-      if (last /= last_before + size(id) - n_deck) problem = 'last '//what//' id is '//to_text(last)
+      if (last /= last_before + size(id) - n_before) problem = 'last '//what//' id is '//to_text(last)
       order = sorted_order(int(rank(:n_deck), i8))
       do i = 1, n_deck
          if (rank(order(i)) /= i) problem = what//' ranks of the deck are no permutation'

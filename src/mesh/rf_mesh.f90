@@ -66,6 +66,8 @@ module rf_mesh
       integer(i1), allocatable :: segment_mode(:)
       !> event that cracked it (0: pre-existing)
       integer, allocatable :: segment_event(:)
+      !> number of the *CRACK it belongs to (0: broken in the run)
+      integer, allocatable :: segment_crack(:)
    contains
       procedure :: reserve_nodes, reserve_elements, reserve_segments
       procedure :: edge_index, area, node_in_set, element_in_set
@@ -113,6 +115,7 @@ contains
       call grow(self%segment_element, n, 2)
       call grow(self%segment_mode, n)
       call grow(self%segment_event, n)
+      call grow(self%segment_crack, n)
    end subroutine reserve_segments
 
    !> Which edge (1 to 3) of an element has a given neighbour across it; 0 if none.

@@ -3,11 +3,17 @@
 module rf_mesh_assembly
    use rf_kinds, only: wp, i1, i8
    use rf_mesh, only: mesh_t
-   use rf_numbering, only: hilbert_order, identity_order, order_by_lowest_node, places_of
+   use rf_numbering, only: hilbert_order, identity_order, order_by_lowest_node
+   use rf_partition, only: partition_order
    implicit none
    private
+   public :: ordering_none, ordering_hilbert, ordering_metis
    public :: raw_mesh_t, turn_clockwise, flat_elements, used_nodes, box_of, assemble, is_triangle
 
+   !> internal numberings: the deck's, along a Hilbert curve, part by part
+   integer, parameter :: ordering_none = 0, ordering_hilbert = 1, ordering_metis = 2
+   !> nodes of a part: a block of the relaxation step (rf_step_k)
+   integer, parameter :: part_size = 512
    !> a triangle whose double area is less than this part of its longest side squared has none: its smallest angle
    !> is below 1e-10 radian
    real(wp), parameter :: flat_ratio = 1.0e-10_wp
@@ -127,34 +133,37 @@ contains
 
    !> Fill a mesh with all triangles and the nodes they have, numbered anew. Sets, sections and what topology gives
    !> stay empty.
-   subroutine assemble(raw, node_id, element_id, along_curve, mesh, node_place, element_place)
+   subroutine assemble(raw, node_id, element_id, ordering, mesh, node_place, element_place)
       !> the deck's mesh
       type(raw_mesh_t), intent(in) :: raw
       !> ids of the entries
       integer, intent(in) :: node_id(:), element_id(:)
-      !> number along a Hilbert curve (else in deck order)
-      logical, intent(in) :: along_curve
+      !> one of the internal numberings
+      integer, intent(in) :: ordering
       !> the mesh
       type(mesh_t), intent(inout) :: mesh
       !> place of each entry in the mesh (0: left out)
       integer, allocatable, intent(out) :: node_place(:), element_place(:)
-      integer, allocatable :: kept(:), order(:)
+      integer, allocatable :: kept(:), triangles(:), order(:)
       kept = pack(identity_order(raw%n_nodes), used_nodes(raw))
-      if (along_curve) then
+      triangles = pack(identity_order(raw%n_elements), raw%connectivity(1, :raw%n_elements) > 0)
+      select case (ordering)
+      case (ordering_hilbert)
          order = hilbert_order(raw%x(:, kept))
-      else
+      case (ordering_metis)
+         order = partition_order(raw%x(:, kept), renamed(raw%connectivity(:, triangles), scattered(kept, raw%n_nodes)), part_size)
+      case default
          order = identity_order(size(kept))
-      end if
+      end select
       call fill_nodes(raw, node_id, kept, order, mesh)
       node_place = scattered(kept(order), raw%n_nodes)
-      kept = pack(identity_order(raw%n_elements), raw%connectivity(1, :raw%n_elements) > 0)
-      if (along_curve) then
-         order = order_by_lowest_node(renamed(raw%connectivity(:, kept), node_place))
+      if (ordering == ordering_none) then
+         order = identity_order(size(triangles))
       else
-         order = identity_order(size(kept))
+         order = order_by_lowest_node(renamed(raw%connectivity(:, triangles), node_place))
       end if
-      call fill_elements(raw, element_id, kept, order, node_place, mesh)
-      element_place = scattered(kept(order), raw%n_elements)
+      call fill_elements(raw, element_id, triangles, order, node_place, mesh)
+      element_place = scattered(triangles(order), raw%n_elements)
       call measure(mesh)
    end subroutine assemble
 

@@ -11,8 +11,10 @@ module rf_mesh_input
    use rf_grow, only: grow
    use rf_listed_input, only: read_nodes, read_elements
    use rf_mesh, only: mesh_t
-   use rf_mesh_assembly, only: assemble, box_of, flat_elements, is_triangle, turn_clockwise, used_nodes
+   use rf_mesh_assembly, only: assemble, box_of, flat_elements, is_triangle, turn_clockwise, used_nodes, ordering_none, &
+                               ordering_hilbert, ordering_metis
    use rf_mesh_draft, only: draft_t, shown
+   use rf_partition, only: partitions_available
    use rf_set_input, only: read_sets
    use rf_sets, only: bits_of_a_word
    use rf_text, only: to_text
@@ -49,14 +51,14 @@ contains
       type(diagnostics_t), intent(inout) :: diagnostics
       type(draft_t) :: draft
       logical, allocatable :: turned(:)
-      logical :: along_curve
+      integer :: ordering
       self%nodes%sets%kind = 'node'
       self%elements%sets%kind = 'element'
       self%elements%of_elements = .true.
       call grow(self%nodes%ids%id, 0)
       call grow(self%elements%ids%id, 0)
       call draft%start()
-      call read_ordering(deck, along_curve)
+      call read_ordering(deck, ordering)
       call read_nodes(deck, self%nodes, draft)
       call read_elements(deck, self%nodes, self%elements, draft)
       call read_generator(deck, self%nodes, self%elements, draft)
@@ -64,7 +66,7 @@ contains
       if (deck%describing()) return
       call turn_clockwise(draft%raw, turned)
       call report(deck, self%elements, draft, turned, diagnostics)
-      call assemble(draft%raw, self%nodes%ids%id, self%elements%ids%id, along_curve, mesh, self%nodes%place, self%elements%place)
+      call assemble(draft%raw, self%nodes%ids%id, self%elements%ids%id, ordering, mesh, self%nodes%place, self%elements%place)
       mesh%last_node_id = self%nodes%ids%base_for_new(room_for_ids)
       mesh%last_element_id = self%elements%ids%base_for_new(room_for_ids)
       self%plane_strain = moved(draft%raw%plane_strain, self%elements%place, mesh%n_elements)
@@ -104,19 +106,26 @@ contains
    end function edge_of_face
 
    !> ORDERING of `*JOB`.
-   subroutine read_ordering(deck, along_curve)
+   subroutine read_ordering(deck, ordering)
       !> the deck
       type(deck_t), intent(inout) :: deck
-      !> number along the curve, else in deck order
-      logical, intent(out) :: along_curve
+      !> one of the internal numberings
+      integer, intent(out) :: ordering
       type(card_t) :: card
-      character(len=:), allocatable :: ordering
-      along_curve = .true.
+      character(len=:), allocatable :: word
+      ordering = ordering_hilbert
       call deck%open(card, 'JOB', where=in_model)
       do while (deck%next(card))
-         call card%get_word('ORDERING', ordering, allowed='HILBERT NONE', default='HILBERT', later='METIS', &
-                            about='internal numbering; results do not show it')
-         along_curve = ordering == 'HILBERT'
+         call card%get_word('ORDERING', word, allowed='HILBERT METIS NONE', default='HILBERT', &
+                            about='internal numbering (METIS: part by part); results do not show it')
+         select case (word)
+         case ('METIS')
+            ordering = ordering_metis
+            if (.not. (partitions_available .or. deck%describing())) &
+               call card%keyword_error('ORDERING=METIS: this rfem was built without METIS; allowed: HILBERT, NONE')
+         case ('NONE')
+            ordering = ordering_none
+         end select
       end do
    end subroutine read_ordering
 

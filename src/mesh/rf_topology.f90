@@ -412,13 +412,14 @@ contains
    subroutine halve_segment(mesh, segment, first_half, second_half, edges)
       type(mesh_t), intent(inout) :: mesh
       integer, intent(in) :: segment, first_half(2), second_half(2), edges(2)
-      integer :: s, order(2), event
+      integer :: s, order(2), event, crack
       integer(i1) :: mode
       order = [1, 2]       ! keeps which side is the first
       if (mesh%segment_element(1, segment) /= first_half(1)) order = [2, 1]
       mode = mesh%segment_mode(segment)       ! copies: the arrays move when they grow
       event = mesh%segment_event(segment)
-      call append_segment(mesh, mode, event, s)
+      crack = mesh%segment_crack(segment)
+      call append_segment(mesh, mode, event, crack, s)
       mesh%segment_element(:, segment) = first_half(order)
       mesh%segment_element(:, s) = second_half(order)
       mesh%segment(edges(1), first_half(1)) = segment
@@ -427,20 +428,21 @@ contains
       mesh%segment(edges(2), second_half(2)) = s
    end subroutine halve_segment
 
-   subroutine append_segment(mesh, mode, event, segment)
+   subroutine append_segment(mesh, mode, event, crack, segment)
       type(mesh_t), intent(inout) :: mesh
       integer(i1), intent(in) :: mode
-      integer, intent(in) :: event
+      integer, intent(in) :: event, crack
       integer, intent(out) :: segment
       segment = mesh%n_segments + 1
       call mesh%reserve_segments(segment)
       mesh%n_segments = segment
       mesh%segment_mode(segment) = mode
       mesh%segment_event(segment) = event
+      mesh%segment_crack(segment) = crack
    end subroutine append_segment
 
    !> Operation 2: flag an edge as cracked. An edge of the boundary, or one that is cracked already, stays as it is.
-   subroutine crack_edge(mesh, element, edge, mode, event)
+   subroutine crack_edge(mesh, element, edge, mode, event, crack)
       type(mesh_t), intent(inout) :: mesh
       !> the edge: its element and its number there
       integer, intent(in) :: element, edge
@@ -448,11 +450,15 @@ contains
       integer(i1), intent(in) :: mode
       !> number of the event (0: pre-existing)
       integer, intent(in) :: event
-      integer :: other, k, segment
+      !> number of the *CRACK it belongs to (absent: of none)
+      integer, intent(in), optional :: crack
+      integer :: other, k, segment, number
       other = mesh%neighbour(edge, element)
       if (other == 0 .or. mesh%segment(edge, element) > 0) return
       k = mesh%edge_index(other, element)
-      call append_segment(mesh, mode, event, segment)
+      number = 0
+      if (present(crack)) number = crack
+      call append_segment(mesh, mode, event, number, segment)
       mesh%segment(edge, element) = segment
       mesh%segment(k, other) = segment
       mesh%segment_element(:, segment) = [min(element, other), max(element, other)]

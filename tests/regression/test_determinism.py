@@ -100,25 +100,24 @@ def test_standard_input(beam, tmp_path):
     assert done.path("_events.csv").read_text() == beam.path("_events.csv").read_text()
 
 
+@pytest.mark.parametrize("ordering", ["NONE", "METIS"])
 @pytest.mark.parametrize("deck, settings", [(BEAM, "H=8"), (BEAM, "H=4"), (ROUGH, "H=5")])
-def test_ordering(deck, settings, tmp_path):
+def test_ordering(deck, settings, ordering, tmp_path):
     """Another internal numbering adds in another order: round-off, which relaxation damps like any other error."""
     edits = [("STOP DROP", "MAX EVENTS=1, STOP DROP")]
-    hilbert, none = (
-        run(
-            edited(deck, tmp_path / ordering, *edits, ("*PARAMETER\n", f"*JOB, ORDERING={ordering}\n*PARAMETER\n")),
-            tmp_path / ordering / "results",
-            "--set",
-            settings,
-        )
-        for ordering in ("HILBERT", "NONE")
-    )
-    before = [done.history["event_count"] == 0 for done in (hilbert, none)]
+    decks = [
+        edited(deck, tmp_path / name, *edits, ("*PARAMETER\n", f"*JOB, ORDERING={name}\n*PARAMETER\n"))
+        for name in ("HILBERT", ordering)
+    ]
+    if "built without METIS" in call("--check", decks[1]).stderr:
+        pytest.skip("this rfem was built without METIS")
+    hilbert, other_one = (run(path, path.parent / "results", "--set", settings) for path in decks)
+    before = [done.history["event_count"] == 0 for done in (hilbert, other_one)]
     assert sum(before[0]) == sum(before[1]) > 2
     monitor = "LOAD" if deck == BEAM else "PLATEN"
     for column in (f"{monitor}_rf2", f"{monitor}_u1", "external_work", "max_utilisation", "time"):
-        assert close(none.history[column][before[1]], hilbert.history[column][before[0]], 1e-9), column
-    one, other = hilbert.events, none.events
+        assert close(other_one.history[column][before[1]], hilbert.history[column][before[0]], 1e-9), column
+    one, other = hilbert.events, other_one.events
     for column in ("node", "element", "mode", "type", "new_nodes", "new_elements"):
         assert one[column].tolist() == other[column].tolist(), column
     assert close(one["direction_deg"], other["direction_deg"], 1e-9)

@@ -4,7 +4,7 @@ module rf_test_body
    use rf_kinds, only: wp, i1, i8
    use rf_generate, only: generate
    use rf_mesh, only: mesh_t
-   use rf_mesh_assembly, only: raw_mesh_t, assemble
+   use rf_mesh_assembly, only: ordering_hilbert, raw_mesh_t, assemble
    use rf_topology, only: changes_t, build_topology, crack_edge, bisect_edge, refan_node, next_corner
    use rf_cst, only: elasticity, gradients, stiffness_block, strain, stress
    use rf_material, only: material_t, section_t
@@ -110,7 +110,8 @@ contains
       raw%n_elements = size(connectivity, 2)
       raw%x = x
       raw%connectivity = connectivity
-      call assemble(raw, [(i, i=1, raw%n_nodes)], [(i, i=1, raw%n_elements)], .true., self%mesh, node_place, element_place)
+      call assemble(raw, [(i, i=1, raw%n_nodes)], [(i, i=1, raw%n_elements)], ordering_hilbert, self%mesh, &
+                    node_place, element_place)
       associate (mesh => self%mesh)
          mesh%section(:mesh%n_elements) = 1
          mesh%last_node_id = raw%n_nodes

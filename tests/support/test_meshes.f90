@@ -4,7 +4,7 @@ module test_meshes
    use rf_mesh, only: mesh_t
    use rf_topology, only: build_topology, is_corner, manifold_ok, changes_t
    use rf_generate, only: generate
-   use rf_mesh_assembly, only: raw_mesh_t, assemble, turn_clockwise
+   use rf_mesh_assembly, only: ordering_none, raw_mesh_t, assemble, turn_clockwise
    use rf_material, only: material_t
    use rf_motion, only: motion_t
    use rf_cst, only: elasticity, gradients, strain, stress, corner_forces
@@ -43,7 +43,7 @@ contains
       raw%x = x
       raw%connectivity = connectivity
       call turn_clockwise(raw, turned)
-      call assemble(raw, [(i, i=1, raw%n_nodes)], [(i, i=1, raw%n_elements)], .false., mesh, node_place, element_place)
+      call assemble(raw, [(i, i=1, raw%n_nodes)], [(i, i=1, raw%n_elements)], ordering_none, mesh, node_place, element_place)
       mesh%section(:mesh%n_elements) = 1
       mesh%last_node_id = raw%n_nodes
       mesh%last_element_id = raw%n_elements

@@ -120,6 +120,24 @@ class Case:
                 raise
             return None
 
+    def tool(self, name, *arguments, timeout=1800):
+        """What a program of tests/property prints; it stands in the build of rfem. Its exit status must be 0."""
+        path = program().parents[1] / "tests" / "property" / name
+        if not path.exists():
+            raise VerifyError(f"{path} is not built (cmake --build FOLDER --target {name})")
+        done = subprocess.run(
+            [str(path), *map(str, arguments)],
+            cwd=self.work,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+            check=False,
+        )
+        if done.returncode != 0:
+            raise VerifyError(f"{name}: exit status {done.returncode}\n{done.stdout[-1000:]}{done.stderr[-1000:]}")
+        return done.stdout
+
     def log(self, name):
         """Standard output of the run of this job name."""
         return self._logs[name][0]
@@ -222,7 +240,7 @@ class Case:
         axes.set_xlabel("element size h")
         axes.set_ylabel(label or f"error of {quantity}")
         axes.legend(fontsize=7)
-        slug = re.sub(r"[^a-z0-9]+", "_", quantity.lower()).strip("_")
+        slug = re.sub(r"[^a-z0-9]+", "_", quantity.lower())[:30].strip("_")
         self.figure(f"order_{slug}", figure, f"Convergence of {quantity}.")
 
 

@@ -73,8 +73,10 @@ def mark_known(records, known):
 # ---------------------------------------------------------------------------------------------- running
 def git(*arguments):
     """What git answers in the project; empty where it does not."""
-    done = subprocess.run(["git", "-C", str(PROJECT), *arguments], capture_output=True, text=True, check=False)
-    return done.stdout.strip() if done.returncode == 0 else ""
+    with contextlib.suppress(OSError):
+        done = subprocess.run(["git", "-C", str(PROJECT), *arguments], capture_output=True, text=True, check=False)
+        return done.stdout.strip() if done.returncode == 0 else ""
+    return ""
 
 
 def state_of_project():
@@ -83,7 +85,7 @@ def state_of_project():
     return (git("rev-parse", "--short=10", "HEAD") or "unknown") + ("+" if changed else "")
 
 
-def run_case(name, work, quick, cases, limit=TIME_LIMIT):
+def run_case(name, work, quick, cases, limit=TIME_LIMIT, commit="unknown"):
     """Run one case in a process of its own; its record, with failing rows for a crash or a time-out."""
     start = time.monotonic()
     folder = Path(work) / name
@@ -116,7 +118,7 @@ def run_case(name, work, quick, cases, limit=TIME_LIMIT):
         record.update(rows=[failed_row(problem)], figures=[], notes=[], message=problem + "\n" + output.read_text())
     else:
         record = json.loads(rows.read_text())
-    record.update(seconds=round(time.monotonic() - start, 1), commit=state_of_project())
+    record.update(seconds=round(time.monotonic() - start, 1), commit=commit)
     rows.write_text(json.dumps(record, indent=1))
     return record
 
@@ -147,10 +149,10 @@ def expected_seconds(name, work):
 
 def run_cases(names, work, quick, jobs, cases):
     """Run cases, `jobs` at a time, the longest first; their records in the order of the names."""
-    lock, finished = threading.Lock(), []
+    lock, finished, commit = threading.Lock(), [], state_of_project()
 
     def one(name):
-        record = run_case(name, work, quick, cases)
+        record = run_case(name, work, quick, cases, commit=commit)
         with lock:
             finished.append(name)
             failed = sum(not row["passed"] for row in record["rows"])

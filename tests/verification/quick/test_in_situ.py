@@ -1,4 +1,4 @@
-"""Rock under initial stress: it stays at rest where that stress balances the loads, and a crack releases what is stored."""
+"""Rock under initial stress: at rest where it balances the loads; a crack releases what is stored."""
 
 import numpy as np
 from rfem_run import run
@@ -78,8 +78,8 @@ def test_geostatic_state_stays_at_rest(tmp_path):
 
 
 def test_crack_releases_the_initial_stress(tmp_path):
-    """A bar between fixed ends, stressed to 98 % of its strength from the start: the crack that a little pull makes sets the
-    whole energy of the initial stress free, and what the pull has stored besides."""
+    """A bar between fixed ends, stressed to 98 % of its strength from the start: the crack that a little pull makes
+    sets the whole energy of the initial stress free, and what the pull has stored besides."""
     done = run_text(BAR, tmp_path)
     history = done.history
     assert history["event_count"][-1] > 0

@@ -1,0 +1,11 @@
+"""The same deck in rfem and in CalculiX."""
+
+import ccx_case
+
+TITLE = "CalculiX: weight and pressure"
+SECTION = "elastic"
+
+
+def check(case):
+    """Displacements node by node."""
+    ccx_case.check(case, tolerance=1e-5)
