@@ -52,7 +52,7 @@ contains
          call card%get_text('NAME', steps(card%step)%name, default='', about='name of the step in the log and the results')
       end do
       call read_static(deck, steps, static)
-      call read_dynamic(deck, steps)
+      call read_dynamic(deck, static, steps)
       if (deck%describing()) return
       call report_missing(deck, static .or. steps%dynamic, diagnostics)
       steps = steps(:deck%step_count())
@@ -87,8 +87,10 @@ contains
    end subroutine read_static
 
    !> `*DYNAMIC, EXPLICIT`: time steps with the real mass.
-   subroutine read_dynamic(deck, steps)
+   subroutine read_dynamic(deck, static, steps)
       type(deck_t), intent(inout) :: deck
+      !> the step has *STATIC, (steps)
+      logical, intent(in) :: static(:)
       type(step_t), intent(inout) :: steps(:)
       type(card_t) :: card
       integer :: last_step
@@ -103,6 +105,7 @@ contains
             call card%get_integer('LOOK', step%look, default=10, at_least=1, about='time steps from one look at the criterion '// &
                                   'to the next')
             step%dynamic = .true.
+            if (static(card%step)) call card%keyword_error('the step has *STATIC already')
             if (step%increment_limit > 0) call card%keyword_error('INC limits the increments of *STATIC; this step is dynamic')
             if (.not. card%needs_line('time increment, total')) cycle
             call card%field_real('time increment', step%time_increment, default=0.0_wp, at_least=0.0_wp, unit='time', &

@@ -38,14 +38,16 @@ contains
       class(amplitude_t), intent(in) :: self
       !> step time, 0 or later [time]
       real(wp), intent(in) :: time
-      real(wp) :: from, to
+      real(wp) :: from, to, middle
       integer :: i, n
       n = size(self%time)
       integral = self%factor(1)*min(time, max(0.0_wp, self%time(1))) + self%factor(n)*(time - max(0.0_wp, min(time, self%time(n))))
       do i = 1, n - 1
          from = max(0.0_wp, self%time(i))
          to = min(time, self%time(i + 1))
-         if (to > from) integral = integral + 0.5_wp*(self%at(from) + self%at(to))*(to - from)
+         if (.not. to > from) cycle
+         middle = (0.5_wp*(from + to) - self%time(i))/(self%time(i + 1) - self%time(i))
+         integral = integral + (to - from)*(self%factor(i) + middle*(self%factor(i + 1) - self%factor(i)))
       end do
    end function integral
 

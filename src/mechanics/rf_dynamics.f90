@@ -1,4 +1,4 @@
-!> Explicit dynamics: central differences with the real mass in real time (theory: section 15). The step is that of the
+!> Explicit dynamics: central differences with the real mass in real time (theory: section 11). The step is that of the
 !> relaxation, with velocities in length per step: the mass of a node then enters as m/dt^2, and contact impulses are forces.
 module rf_dynamics
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -38,7 +38,7 @@ module rf_dynamics
       real(wp), allocatable :: mass(:)
       !> mass-proportional damping of each node [1/time]
       real(wp), allocatable, private :: damping(:)
-      !> dt h/m, and the factor of the old velocity, that the step kernel works with (theory: eq. 60)
+      !> dt h/m, and the factor of the old velocity, that the step kernel works with (theory: eq. 46)
       real(wp), allocatable, private :: inverse_mass(:), keep(:)
       real(wp), allocatable, private :: ones(:), partial(:, :)
       logical, allocatable, private :: special(:)
@@ -157,7 +157,7 @@ contains
       damping(:mesh%n_nodes) = damping(:mesh%n_nodes)/mass(:mesh%n_nodes)
    end subroutine lumped_mass
 
-   !> Largest time step that is safe (theory: eq. 61): 0.9 x 2/omega with the bound of Gershgorin for the largest omega.
+   !> Largest time step that is safe (theory: eq. 47): 0.9 x 2/omega with the bound of Gershgorin for the largest omega.
    pure real(wp) function safe_time_step(n_nodes, rows, mass)
       integer, intent(in) :: n_nodes
       type(rows_t), intent(in) :: rows
@@ -236,7 +236,7 @@ contains
       call self%set_factors(mesh%n_nodes, contact, loads)
    end subroutine set_time_step
 
-   !> Factors of the step from the last time step to this one (theory: eq. 60).
+   !> Factors of the step from the last time step to this one (theory: eq. 46).
    subroutine set_factors(self, n_nodes, contact, loads)
       class(dynamics_t), intent(inout) :: self
       integer, intent(in) :: n_nodes
@@ -342,7 +342,7 @@ contains
       end do
    end subroutine find_moving_forces
 
-   !> The step starts: what the velocities given are worth counts as work done on the body (theory: eq. 65).
+   !> The step starts: what the velocities given are worth counts as work done on the body (theory: eq. 51).
    subroutine start_ledger(self, n_nodes, motion, energy)
       class(dynamics_t), intent(in) :: self
       integer, intent(in) :: n_nodes
@@ -360,7 +360,7 @@ contains
       energy%kinetic = kinetic
    end subroutine start_ledger
 
-   !> Book half a step's work of the forces of this state (theory: eqs. 63 and 64): supports that move, friction, impacts, damping.
+   !> Book half a step's work of the forces of this state (theory: eqs. 49 and 50): supports that move, friction, impacts, damping.
    subroutine book_half(self, mesh, contact, motion, energy, before)
       class(dynamics_t), intent(in) :: self
       type(mesh_t), intent(in) :: mesh
@@ -471,7 +471,7 @@ contains
          self%velocity(:, n) = 0.5_wp*[self%old_x(n) + motion%vx(n), self%old_y(n) + motion%vy(n)]/self%time_step
       end do
       call self%book_loads(mesh%n_nodes, loads, motion, energy)
-      energy%kinetic = 0.5_wp*kinetic/self%time_step**2          ! (theory: eq. 62)
+      energy%kinetic = 0.5_wp*kinetic/self%time_step**2          ! (theory: eq. 48)
       energy%strain = energy%strain_energy(loads, motion, mesh%n_nodes)
       energy%largest_external = max(energy%largest_external, abs(energy%external))
    end subroutine complete
