@@ -35,6 +35,8 @@ module rf_simulation
       type(load_definition_t), allocatable :: loads(:)
       logical, allocatable :: replaced(:, :)
       type(recorder_t) :: recorder
+      !> what the log says of the cracks that exist from the start
+      character(len=:), allocatable :: cracks_note
       type(log_t) :: log
       !> exit status, and what to tell the user if it is not 0
       integer :: status = exit_done

@@ -26,6 +26,7 @@ contains
       associate (mesh => simulation%model%mesh, failure => simulation%model%failure)
          write (output_unit, '(a)') 'model: '//to_text(mesh%n_nodes)//' nodes, '//to_text(mesh%n_elements)//' elements, '// &
             to_text(size(simulation%steps))//' steps, mean edge '//short(mesh%mean_edge)//', read in '//short(seconds)//' s'
+         if (len(simulation%cracks_note) > 0) write (output_unit, '(a)') simulation%cracks_note
          do m = 1, size(failure%strength)
             if (.not. failure%strength(m)%given) cycle
             if (.not. jump_of_criterion(failure, m) > 0) cycle

@@ -42,6 +42,8 @@ module rf_ray
       !> where the ray meets the far edge B-C: B + s (C - B)
       real(wp) :: s = 0
       integer(i1) :: mode = 0_i1
+      !> number of the *CRACK that it makes (0: none)
+      integer :: crack = 0
       !> principal stresses of the node, compression positive [stress], its utilisation [-]
       real(wp) :: sigma1 = 0, sigma3 = 0, utilisation = 0
       !> type I and III: far corner (1: B, 2: C) that the ray passes in the neighbour; type II and edge: the near corner

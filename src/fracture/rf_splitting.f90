@@ -17,14 +17,19 @@ module rf_splitting
 contains
 
    !> Split the mesh as planned. The changes list everything that is new.
-   subroutine split_mesh(mesh, split, event, changes)
+   subroutine split_mesh(mesh, split, event, changes, keep)
       type(mesh_t), intent(inout) :: mesh
       type(split_t), intent(in) :: split
       !> number of the event
       integer, intent(in) :: event
       type(changes_t), intent(inout) :: changes
+      !> the changes join those there are (default: they replace them)
+      logical, intent(in), optional :: keep
       integer :: path(longest_path), n, i, copies
-      call changes%clear()
+      logical :: fresh
+      fresh = .true.
+      if (present(keep)) fresh = .not. keep
+      if (fresh) call changes%clear()
       select case (split%kind)
       case (type_one)
          call cut_type_one(mesh, split, changes, path, n)
@@ -38,7 +43,7 @@ contains
          return
       end select
       do i = 1, n - 1
-         call crack_between(mesh, path(i), path(i + 1), split%mode, event)
+         call crack_between(mesh, path(i), path(i + 1), split%mode, event, split%crack)
       end do
       do i = 1, n
          call refan_node(mesh, path(i), changes, copies)
@@ -184,13 +189,13 @@ contains
    end subroutine bisect_between
 
    !> Flag the edge between two nodes as cracked.
-   subroutine crack_between(mesh, a, b, mode, event)
+   subroutine crack_between(mesh, a, b, mode, event, crack)
       type(mesh_t), intent(inout) :: mesh
-      integer, intent(in) :: a, b, event
+      integer, intent(in) :: a, b, event, crack
       integer(i1), intent(in) :: mode
       integer :: element, edge
       call locate_edge(mesh, a, b, 0, element, edge)
-      call crack_edge(mesh, element, edge, mode, event)
+      call crack_edge(mesh, element, edge, mode, event, crack)
    end subroutine crack_between
 
 end module rf_splitting

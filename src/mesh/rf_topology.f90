@@ -286,27 +286,29 @@ contains
 
    !> Operation 1: put a node at the middle of an edge and cut the one or two triangles on it. A cracked edge gives
    !> each side its own midpoint and two cracked halves.
-   subroutine bisect_edge(mesh, element, edge, changes, midpoint)
+   subroutine bisect_edge(mesh, element, edge, changes, midpoint, position)
       type(mesh_t), intent(inout) :: mesh
       !> the edge: its element and its number there
       integer, intent(in) :: element, edge
       type(changes_t), intent(inout) :: changes
       !> the new node on the element's side
       integer, intent(out) :: midpoint
+      !> where the node is put [length] (absent: the middle)
+      real(wp), intent(in), optional :: position(2)
       integer :: other, k, child, other_child, far_midpoint, segment
       logical :: on_boundary
 
       other = mesh%neighbour(edge, element)
       segment = mesh%segment(edge, element)
       on_boundary = other == 0
-      call new_midpoint(mesh, element, edge, on_boundary, changes, midpoint)
+      call new_midpoint(mesh, element, edge, on_boundary, changes, midpoint, position)
       if (other == 0) then
          call cut_triangle(mesh, element, edge, midpoint, changes, child)
          return
       end if
       k = mesh%edge_index(other, element)
       far_midpoint = midpoint
-      if (segment > 0) call new_midpoint(mesh, other, k, .false., changes, far_midpoint)
+      if (segment > 0) call new_midpoint(mesh, other, k, .false., changes, far_midpoint, position)
       call cut_triangle(mesh, element, edge, midpoint, changes, child)
       call cut_triangle(mesh, other, k, far_midpoint, changes, other_child)
       mesh%neighbour(edge, element) = other_child
@@ -317,17 +319,19 @@ contains
    end subroutine bisect_edge
 
    !> A node at the middle of an edge. It belongs to the node sets of both ends where the edge is a boundary edge.
-   subroutine new_midpoint(mesh, element, edge, on_boundary, changes, node)
+   subroutine new_midpoint(mesh, element, edge, on_boundary, changes, node, position)
       type(mesh_t), intent(inout) :: mesh
       integer, intent(in) :: element, edge
       logical, intent(in) :: on_boundary
       type(changes_t), intent(inout) :: changes
       integer, intent(out) :: node
+      real(wp), intent(in), optional :: position(2)
       integer :: a, b
       a = mesh%connectivity(edge, element)
       b = mesh%connectivity(next_corner(edge), element)
       call append_node(mesh, node)
       mesh%x(:, node) = 0.5_wp*(mesh%x(:, a) + mesh%x(:, b))
+      if (present(position)) mesh%x(:, node) = position
       mesh%node_origin(node) = no_origin
       mesh%share(node) = 0
       mesh%node_membership(:, node) = 0

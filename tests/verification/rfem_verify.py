@@ -237,6 +237,8 @@ class Case:
         axes.loglog(sizes, errors, "o-", label=f"rfem, order {slope:.2f}")
         for power, style in ((1, ":"), (2, "--")):
             axes.loglog(sizes, errors[-1] * (sizes / sizes[-1]) ** power, style, color="0.5", label=f"order {power}")
+        axes.set_xticks(sizes, [f"{size:.3g}" for size in sizes])  # the default labels run into each other
+        axes.xaxis.set_minor_locator(plt.NullLocator())
         axes.set_xlabel("element size h")
         axes.set_ylabel(label or f"error of {quantity}")
         axes.legend(fontsize=7)
