@@ -45,12 +45,15 @@ program random_splits
    integer, parameter :: splits_a_body = 60, tries_in_vain = 40
    character(len=11), parameter :: pattern(4) = [character(len=11) :: 'STAGGERED', 'DIAGONAL', 'ALTERNATING', 'CROSS']
    integer :: draws, wanted, first_seed, done, bodies, kinds(4), seed
+   !> of nodal forces over a split, relative to the largest force
+   real(wp) :: largest_jump
 
    wanted = argument(1, 1000)
    first_seed = argument(2, 1)
    done = 0
    bodies = 0
    kinds = 0
+   largest_jump = 0
    seed = first_seed
    do while (done < wanted)
       call run_body(seed)
@@ -60,6 +63,7 @@ program random_splits
    write (output_unit, '(i0, a, i0, a, i0, a, i0, a, 4(i0, a))') done, ' random splits of ', bodies, ' bodies (seeds ', &
       first_seed, ' to ', seed - 1, '): types I, II, III, edge ', kinds(1), ', ', kinds(2), ', ', kinds(3), ', ', kinds(4), &
       '; every invariant kept after each'
+   write (output_unit, '(a, es8.2)') 'largest jump of nodal forces over a split / largest force: ', largest_jump
 
 contains
 
@@ -224,7 +228,9 @@ contains
       type(changes_t) :: changes
       character(len=:), allocatable :: problem
       real(wp), allocatable :: forces(:, :)
+      real(wp) :: jump
       integer :: i
+      jump = 0
       before = body%mesh
       forces = nodal_forces(body%mesh, body%material, body%motion)
       totals = take_totals(body%mesh, body%motion)
@@ -237,7 +243,8 @@ contains
       call check_invariants(body%mesh, body%baseline, problem, changes)
       if (len(problem) == 0) call check_changes(before, body%mesh, changes, problem)
       if (len(problem) == 0) call check_carried(totals, body%mesh, body%motion, changes, problem)
-      if (len(problem) == 0) call check_forces(forces, body%mesh, body%material, body%motion, changes, problem)
+      if (len(problem) == 0) call check_forces(forces, body%mesh, body%material, body%motion, changes, problem, jump)
+      largest_jump = max(largest_jump, jump)
       if (len(problem) == 0) call check_pairs(body%mesh, body%material, body%contact, problem)
       if (norm2(applied_now(body) - body%applied) > 1.0e-11_wp*body%applied_scale) problem = 'the sum of the loads has changed'
       do i = 1, changes%n_elements

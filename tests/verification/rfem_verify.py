@@ -219,12 +219,12 @@ class Case:
         """A remark under the case's table."""
         self.notes.append(" ".join(text.split()))
 
-    def figure(self, name, figure, caption):
-        """Write a figure of matplotlib for the report."""
+    def figure(self, name, figure, caption, first=False):
+        """Write a figure of matplotlib for the report; `first`: it stands at the top of the page as well."""
         path = self.work / f"{self.name}_{name}.png"
         figure.savefig(path, dpi=FIGURE_DPI, bbox_inches="tight", pad_inches=0.05)
         slim(path)
-        self.figures.append({"file": path.name, "caption": " ".join(caption.split())})
+        self.figures.append({"file": path.name, "caption": " ".join(caption.split()), "first": first})
         import matplotlib.pyplot as plt
 
         plt.close(figure)
@@ -248,16 +248,21 @@ class Case:
 
 def number_text(value):
     """A number of the table: up to six digits."""
-    return f"{float(value):.6g}"
+    return short(f"{float(value):.6g}")
+
+
+def short(text):
+    """Exponents without leading zeros: 1e-9, not 1e-09."""
+    return re.sub(r"e([+-])0(?=\d)", r"e\1", text).replace("e+", "e")
 
 
 def text_of_limit(value, unit, absolute):
     """An error or a tolerance: relative ones as per cent where that reads well."""
     if absolute:
-        return f"{value:.3g}{' ' + unit if unit else ''}"
+        return short(f"{value:.3g}{' ' + unit if unit else ''}")
     if 1e-4 <= value < 1e4:
         return f"{100 * value:.3g} %"
-    return f"{value:.2e}" if value else "0"
+    return short(f"{value:.3g}")
 
 
 def slim(path):

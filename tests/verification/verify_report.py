@@ -69,7 +69,7 @@ def case_block(record):
     folder = CASES / record["case"]
     link = f"../{folder.relative_to(PROJECT).as_posix()}"
     lines = [f"### {record['title']}", "", first_paragraph(folder / "README.md"), ""]
-    lines += [f"[`{record['case']}`]({link}), {record['seconds']:.0f} s", "", HEAD, *map(row_line, record["rows"]), ""]
+    lines += [f"[`{record['case']}`]({link})", "", HEAD, *map(row_line, record["rows"]), ""]
     for row in record["rows"]:
         if row["known"]:
             lines += [f"*{cell(row['quantity'])}* fails: {row['known']}", ""]
@@ -77,6 +77,33 @@ def case_block(record):
         lines += [note, ""]
     for figure in record["figures"]:
         lines += [f"![{figure['caption']}](verification/{figure['file']})", "", f"*{figure['caption']}*", ""]
+    return lines
+
+
+def first_figures(records):
+    """The figures that stand at the top of the page."""
+    lines = []
+    for record in records:
+        for figure in record["figures"]:
+            if figure.get("first"):
+                lines += [f"![{figure['caption']}](verification/{figure['file']})", ""]
+                lines += [f"*{figure['caption']}* ([{record['title']}](#{anchor(record['title'])}))", ""]
+    return ["## At a glance", "", *lines] if lines else []
+
+
+def anchor(title):
+    """The anchor that GitHub makes of a heading."""
+    return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
+
+
+def case_table(records):
+    """The cases of a section: rows, passed, failed."""
+    lines = ["| case | rows | passed | failed | seconds |", "|---|---|---|---|---|"]
+    for record in records:
+        passed = sum(row["passed"] for row in record["rows"])
+        failed = len(record["rows"]) - passed
+        title = f"[{cell(record['title'])}](#{anchor(record['title'])})"
+        lines.append(f"| {title} | {len(record['rows'])} | {passed} | {failed or ''} | {record['seconds']:.0f} |")
     return lines
 
 
@@ -105,12 +132,13 @@ def page(records, facts, counts):
         "",
         *section_table(records),
         "",
+        *first_figures(records),
         HOW_TO_READ.replace("KINDS", "\n".join(f"- **{kind}**: {meaning}." for kind, meaning in KINDS.items())),
     ]
     for section, title in SECTIONS.items():
         here = [record for record in records if record["section"] == section]
         if here:
-            lines += [f"## {title}", ""]
+            lines += [f"## {title}", "", *case_table(here), ""]
             for record in here:
                 lines += case_block(record)
     lines += ["## Known failures", ""]

@@ -236,7 +236,7 @@ def facts(records):
     return {
         "date": datetime.date.today().isoformat(),
         "commit": records[0]["commit"],
-        "version": " ".join(version.split()),
+        "version": version.split("\n")[0].strip(),
         "machine": verify_report.machine(),
         "seconds": sum(record["seconds"] for record in records),
     }

@@ -76,9 +76,9 @@ def draw(case, frame):
         for k, label in enumerate(("across the load", "along the load")):
             ax.plot(fine, exact[k], color=f"C{k}", linewidth=1, label=label)
             ax.plot(q[::3], found[::3, k], "o", color=f"C{k}", markersize=2.5)
-        ax.set(xlabel="r / R", ylabel="stress [MPa], tension positive", title=title)
+        ax.set(xlabel="r / R", title=title)
         ax.axhline(0, color="0.7", linewidth=0.6)
-    axes[0].set_ylim(-52, 8)
+    axes[0].set(ylim=(-52, 8), ylabel="stress [MPa], tension positive")
     axes[0].legend(fontsize=7, title="lines: closed form; dots: rfem", title_fontsize=7)
     figure.tight_layout()
     case.figure("diameters", figure, f"Stresses along the two diameters, {REFERENCE} rings of triangles.")
