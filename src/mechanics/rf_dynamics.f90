@@ -44,7 +44,8 @@ module rf_dynamics
       logical, allocatable, private :: special(:)
       !> applied forces change with time
       logical :: forces_vary = .false.
-      logical, private :: damped = .false., starting = .false.
+      !> the time step changes at the present state; it is the first one of a step
+      logical, private :: damped = .false., changing = .false., starting = .false.
       !> directions that supports move: node, direction, place among the contact nodes (0: none); their displacement at the
       !> next state, velocity before the step [length per step] and reaction [force]
       integer, private :: n_moving = 0
@@ -57,7 +58,7 @@ module rf_dynamics
    contains
       procedure :: prepare, give_velocity, begin_step, follow_split, set_time_step, evaluate, complete, move, end_step, adopt
       procedure :: kinetic_energy_before, book_loads, not_finite, add_moving, show_initial
-      procedure, private :: find_moving, set_factors, drive, find_moving_forces, book_half, prepare_masks, start_ledger
+      procedure, private :: find_moving, set_factors, drive, find_moving_forces, book_half, prepare_masks, book_change
    end type dynamics_t
 
 contains
@@ -233,6 +234,7 @@ contains
       motion%vx(:mesh%n_nodes) = scaling*motion%vx(:mesh%n_nodes)
       motion%vy(:mesh%n_nodes) = scaling*motion%vy(:mesh%n_nodes)
       self%time_step = time_step
+      self%changing = abs(self%time_step - self%last_time_step) > 0
       call self%set_factors(mesh%n_nodes, contact, loads)
    end subroutine set_time_step
 
@@ -269,7 +271,7 @@ contains
       real(wp), intent(in) :: next_time
       integer :: c, k, n
       n = mesh%n_nodes
-      if (keep_all .or. self%damped .or. self%starting) then
+      if (keep_all .or. self%damped .or. self%changing) then
          self%old_x = motion%vx(:n)
          self%old_y = motion%vy(:n)
       end if
@@ -295,7 +297,7 @@ contains
       end if
       call self%drive(motion)       ! contact forms displacements anew from velocities: not to the last bit
       call self%find_moving_forces(contact, loads, motion)
-      if (self%starting) call self%start_ledger(n, motion, energy)
+      if (self%changing) call self%book_change(n, motion, energy)
       self%starting = .false.
       if (self%last_time_step > 0) call self%book_half(mesh, contact, motion, energy, before=.true.)
    end subroutine evaluate
@@ -342,23 +344,33 @@ contains
       end do
    end subroutine find_moving_forces
 
-   !> The step starts: what the velocities given are worth counts as work done on the body (theory: eq. 51).
-   subroutine start_ledger(self, n_nodes, motion, energy)
+   !> The time step changes at this state: the kinetic energy of (48) is another one for the same motion. At the start of a
+   !> step the velocities given are worth so much, which counts as work done on the body; after a split it counts to what that
+   !> released (theory: eq. 51).
+   subroutine book_change(self, n_nodes, motion, energy)
       class(dynamics_t), intent(in) :: self
       integer, intent(in) :: n_nodes
       type(motion_t), intent(in) :: motion
       type(energy_t), intent(inout) :: energy
-      real(wp) :: kinetic
+      real(wp) :: before, after, part(2), now(2), old(2)
       integer :: n
-      kinetic = 0
+      before = 0
+      after = 0
+      part = [self%last_time_step, self%time_step]/(self%last_time_step + self%time_step)
       do n = 1, n_nodes
-         kinetic = kinetic + self%mass(n)*(motion%vx(n)*(2*self%old_x(n) - motion%vx(n)) &
-                                           + motion%vy(n)*(2*self%old_y(n) - motion%vy(n)))
+         now = [motion%vx(n), motion%vy(n)]
+         old = [self%old_x(n), self%old_y(n)]
+         before = before + self%mass(n)*dot_product(old, old + 2*part(1)*(now - old))
+         after = after + self%mass(n)*dot_product(now, now - 2*part(2)*(now - old))
       end do
-      kinetic = 0.5_wp*kinetic/self%time_step**2
-      energy%external = energy%external + (kinetic - energy%kinetic)
-      energy%kinetic = kinetic
-   end subroutine start_ledger
+      before = 0.5_wp*before/self%time_step**2
+      after = 0.5_wp*after/self%time_step**2
+      if (self%starting) then
+         energy%external = energy%external + (after - energy%kinetic)
+      else
+         energy%released = energy%released + (before - after)
+      end if
+   end subroutine book_change
 
    !> Book half a step's work of the forces of this state (theory: eqs. 49 and 50): supports that move, friction, impacts, damping.
    subroutine book_half(self, mesh, contact, motion, energy, before)
@@ -462,12 +474,14 @@ contains
       type(loads_t), intent(in) :: loads
       type(motion_t), intent(in) :: motion
       type(energy_t), intent(inout) :: energy
-      real(wp) :: kinetic
+      real(wp) :: kinetic, part
       integer :: n
       call grow(self%velocity, mesh%n_nodes, 2)
       kinetic = 0
+      part = 2*self%time_step/(self%last_time_step + self%time_step)      ! 1 unless the time step changes here
       do n = 1, mesh%n_nodes
-         kinetic = kinetic + self%mass(n)*(self%old_x(n)*motion%vx(n) + self%old_y(n)*motion%vy(n))
+         kinetic = kinetic + self%mass(n)*(motion%vx(n)*(motion%vx(n) - part*(motion%vx(n) - self%old_x(n))) &
+                                           + motion%vy(n)*(motion%vy(n) - part*(motion%vy(n) - self%old_y(n))))
          self%velocity(:, n) = 0.5_wp*[self%old_x(n) + motion%vx(n), self%old_y(n) + motion%vy(n)]/self%time_step
       end do
       call self%book_loads(mesh%n_nodes, loads, motion, energy)
@@ -495,7 +509,8 @@ contains
          contact%broken(p) = .true.
          contact%cohesive_force(p) = 0
       end do
-      if (abs(self%time_step - self%last_time_step) > 0) then
+      if (self%changing) then
+         self%changing = .false.
          self%last_time_step = self%time_step
          call self%set_factors(mesh%n_nodes, contact, loads)
       end if
