@@ -13,6 +13,7 @@ module rf_case
    use rf_relaxation_input, only: read_relaxation
    use rf_fracture_input, only: read_fracture, check_strengths
    use rf_load_input, only: read_loads
+   use rf_removal_input, only: read_removals
    use rf_support_check, only: check_supports
    use rf_output_input, only: output_requests_t, read_output, check_stop_drop
    use rf_step_input, only: read_steps, read_job, declare_others
@@ -54,7 +55,8 @@ contains
          call check_strengths(deck, model%mesh, model%material, model%failure)
          call read_loads(deck, mesh_input, model%mesh, model%material, model%loads%amplitudes, simulation%loads, &
                          simulation%replaced, diagnostics)
-         call check_supports(deck, model%mesh, simulation%loads, simulation%replaced, diagnostics)
+         call read_removals(deck, mesh_input, model%mesh, simulation%removals)
+         call check_supports(deck, model%mesh, simulation%loads, simulation%replaced, simulation%removals, diagnostics)
          call read_output(deck, mesh_input, model%mesh, requests)
          call check_stop_drop(deck, requests, simulation%fracture)
          call declare_others(deck)

@@ -7,7 +7,9 @@ module rf_simulation
    use rf_relaxation, only: relaxation_settings_t, relaxed, relaxed_roughly, relaxation_mechanism, relaxation_not_finite
    use rf_failure, only: fracture_settings_t, splitting_none
    use rf_selection, only: others_of_round
-   use rf_loads, only: load_definition_t
+   use rf_loads, only: load_definition_t, renumber_definition
+   use rf_removal_input, only: removal_t, mark_removed
+   use rf_renumber, only: renumbering_t
    use rf_criterion, only: mode_tension
    use rf_position, only: position_t, frame_start, frame_before_event, frame_after_event, frame_settled, frame_not_converged
    use rf_recorder, only: recorder_t
@@ -34,6 +36,8 @@ module rf_simulation
       !> loads and supports of all steps; kinds that a step replaces (OP=NEW), (kind, step)
       type(load_definition_t), allocatable :: loads(:)
       logical, allocatable :: replaced(:, :)
+      !> what is taken out of the body when a step begins
+      type(removal_t), allocatable :: removals(:)
       type(recorder_t) :: recorder
       !> what the log says of the cracks that exist from the start
       character(len=:), allocatable :: cracks_note
@@ -59,6 +63,7 @@ module rf_simulation
       procedure, private :: run_time_steps, stop_moving
       procedure, private :: run_step, complete_step, run_increment, settle, locate_first_event, probe, go_to, relax
       procedure, private :: one_round, one_split, split_others
+      procedure, private :: excavate
       procedure, private :: accept, record, apply_loads, watch_peak, watch_drop, stop_as_mechanism, stop_not_finite
       procedure, private :: must_locate, recording_failed, stop_not_converged, record_not_converged
    end type simulation_t
@@ -101,6 +106,7 @@ contains
       self%last%fraction = 0
       call self%model%relaxation%begin_step(self%relaxation(s))
       self%model%failure%settings = self%fracture(s)
+      call self%excavate(s)
       call self%model%loads%begin_step(self%model%mesh, pack(self%loads, starts_with(self, s)), self%replaced(:, s), &
                                        self%model%reaction, self%model%motion%ux, self%model%motion%uy)
       call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
@@ -128,6 +134,32 @@ contains
                          short(self%model%energy%kinetic)//', counts as damped')
       call self%model%dynamics%end_step(self%model%energy)
    end subroutine stop_moving
+
+   !> Take out what the step removes. What later steps say of single nodes and elements follows the new numbers.
+   subroutine excavate(self, s)
+      class(simulation_t), intent(inout) :: self
+      integer, intent(in) :: s
+      type(renumbering_t) :: map
+      logical, allocatable :: gone(:)
+      integer :: i
+      if (.not. any(self%removals%step == s)) return
+      allocate (gone(self%model%mesh%n_elements))
+      gone = .false.
+      do i = 1, size(self%removals)
+         if (self%removals(i)%step == s) call mark_removed(self%model%mesh, self%removals, i, gone)
+      end do
+      if (.not. any(gone)) return
+      call self%model%remove(gone, .not. self%steps(s)%dynamic, map)
+      do i = 1, size(self%loads)
+         call renumber_definition(self%loads(i), map)
+      end do
+      do i = 1, size(self%removals)
+         if (self%removals(i)%entity > 0) self%removals(i)%entity = map%element_deputy(self%removals(i)%entity)
+      end do
+      call self%last%take(self%model)
+      call self%log%line('step '//to_text(s)//': '//to_text(count(gone))//' elements removed, '// &
+                         to_text(self%model%mesh%n_elements)//' are left')
+   end subroutine excavate
 
    !> The step ended before its last increment: what is not due of its last state, but stands for its end.
    subroutine complete_step(self)

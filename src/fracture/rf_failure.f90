@@ -4,6 +4,7 @@ module rf_failure
    use rf_kinds, only: wp, i1
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
+   use rf_renumber, only: renumbering_t, carry
    use rf_topology, only: changes_t
    use rf_material, only: material_t
    use rf_motion, only: motion_t
@@ -75,7 +76,7 @@ module rf_failure
       !> each node, (nodes)
       real(wp), allocatable, private :: element_bound(:), screen(:)
    contains
-      procedure :: prepare, adopt, look, look_everywhere, plan, plan_at, may_fail
+      procedure :: prepare, adopt, renumber, look, look_everywhere, plan, plan_at, may_fail
       procedure, private :: reserve, stress_of_elements, set_strength, look_at_node, candidates, find_largest, note_out_of_plane
    end type failure_t
 
@@ -153,6 +154,29 @@ contains
          end do
       end do
    end subroutine adopt
+
+   !> Follow new numbers; exposed nodes may fail again.
+   subroutine renumber(self, map, exposed)
+      class(failure_t), intent(inout) :: self
+      type(renumbering_t), intent(in) :: map
+      !> nodes that lost elements, new numbers
+      integer, intent(in) :: exposed(:)
+      call carry(self%no_split_node, map%node_from)
+      call carry(self%exhausted, map%node_from)
+      call carry(self%stress, map%node_from)
+      call carry(self%utilisation, map%node_from)
+      call carry(self%deciding_material, map%node_from)
+      call carry(self%mode, map%node_from)
+      call carry(self%screen, map%node_from)
+      call carry(self%no_split_element, map%element_from)
+      call carry(self%element_strength, map%element_from)
+      call carry(self%element_stress, map%element_from)
+      call carry(self%element_utilisation, map%element_from)
+      call carry(self%element_bound, map%element_from)
+      call carry(self%element_mode, map%element_from)
+      self%exhausted(pack(exposed, exposed <= map%n_nodes)) = .false.
+      if (self%out_of_plane_node > 0) self%out_of_plane_node = map%node(self%out_of_plane_node)
+   end subroutine renumber
 
    !> Stresses and utilisation of all elements.
    subroutine stress_of_elements(self, mesh, material, motion)

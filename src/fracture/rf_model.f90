@@ -3,9 +3,11 @@
 module rf_model
    use, intrinsic :: iso_fortran_env, only: error_unit
    use rf_kinds, only: wp
+   use rf_grow, only: grow
    use rf_build, only: checked_build
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t
+   use rf_renumber, only: renumbering_t, remove_from_mesh, carry
    use rf_invariants, only: baseline_t, take_baseline, check_invariants
    use rf_material, only: material_t
    use rf_rows, only: rows_t
@@ -13,6 +15,7 @@ module rf_model
    use rf_loads, only: loads_t
    use rf_motion, only: motion_t
    use rf_pieces, only: pieces_t
+   use rf_exposure, only: stored_energy, let_fall
    use rf_relaxation, only: relaxation_t, reaction
    use rf_energy, only: energy_t
    use rf_dynamics, only: dynamics_t
@@ -40,6 +43,8 @@ module rf_model
       type(failure_t) :: failure
       !> force of the supports on the body at the last equilibrium [force], (2, nodes)
       real(wp), allocatable :: reaction(:, :)
+      !> how often the mesh has changed
+      integer :: mesh_changes = 0
       !> events so far, in all, in tension and in shear
       integer :: events = 0, events_tension = 0, events_shear = 0
       !> first node whose contact slipped by more than node pairs hold for (0: none)
@@ -49,8 +54,8 @@ module rf_model
       !> what no split may change
       type(baseline_t), private :: baseline
    contains
-      procedure :: prepare, equilibrate, accept, split, watch_slip
-      procedure, private :: check
+      procedure :: prepare, equilibrate, accept, split, remove, watch_slip
+      procedure, private :: check, follow_parted
    end type model_t
 
 contains
@@ -119,6 +124,7 @@ contains
       type(split_t), intent(in) :: plan
       !> part of the step that is done [-] and step time: the loads are shared anew
       real(wp), intent(in) :: fraction, time
+      self%mesh_changes = self%mesh_changes + 1
       self%events = self%events + 1
       call split_mesh(self%mesh, plan, self%events, self%changes)     ! the only phase in which anything grows
       call self%material%adopt(self%changes)
@@ -134,6 +140,54 @@ contains
       call self%failure%adopt(self%mesh, self%material, self%changes)
       if (checked_build) call self%check()
    end subroutine split
+
+   !> Take elements out for good, between two steps. The forces by which they acted on the rest become loads of the exposed
+   !> nodes that fall to zero over the step that begins next (theory: eqs. 45 to 47).
+   subroutine remove(self, gone, falling, map)
+      class(model_t), intent(inout) :: self
+      !> the element goes, (elements)
+      logical, intent(in) :: gone(:)
+      !> the forces fall over a static step; else they are gone at once
+      logical, intent(in) :: falling
+      !> old numbers to new ones
+      type(renumbering_t), intent(out) :: map
+      integer, allocatable :: exposed(:)
+      real(wp) :: stored
+      self%mesh_changes = self%mesh_changes + 1
+      stored = stored_energy(self%mesh, self%material, self%motion, gone)
+      call remove_from_mesh(self%mesh, gone, map, self%changes, exposed)
+      call self%material%renumber(map)
+      call self%motion%renumber(map)
+      call self%dynamics%renumber(map)
+      call self%loads%renumber(map)
+      call self%contact%renumber(map)
+      call self%energy%renumber(map)
+      call self%failure%renumber(map, exposed)
+      call carry(self%reaction, map%node_from)
+      if (self%slip_warning_node > 0) self%slip_warning_node = map%node(self%slip_warning_node)
+      call self%follow_parted()
+      if (falling) call let_fall(self%mesh, self%material, self%motion, self%contact, self%loads, self%reaction, &
+                                 self%relaxation%b, exposed)
+      call self%energy%take_out(stored, exposed, self%loads, self%reaction, self%mesh%n_nodes)
+      if (checked_build) call take_baseline(self%mesh, self%baseline)
+      if (checked_build) call self%check()
+   end subroutine remove
+
+   !> What follows from the mesh after a removal, copies of parted nodes included.
+   subroutine follow_parted(self)
+      class(model_t), intent(inout) :: self
+      call self%motion%adopt(self%changes)
+      call self%dynamics%adopt(self%changes)
+      call self%loads%adopt(self%changes)
+      call grow(self%reaction, self%mesh%n_nodes, 2)
+      call self%material%initial%nodal_forces(self%mesh, self%material%section%thickness, self%loads%initial)
+      call self%loads%gather(self%mesh, self%material)
+      call self%rows%build(self%mesh, self%material)
+      call self%contact%rebuild(self%mesh, self%material, self%motion, self%changes)
+      call self%pieces%find(self%mesh)
+      call self%failure%adopt(self%mesh, self%material, self%changes)
+      if (self%changes%n_nodes > 0) call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
+   end subroutine follow_parted
 
    !> Builds for development end at once where a split has broken the mesh: that is a fault of ours, not of the deck.
    subroutine check(self)

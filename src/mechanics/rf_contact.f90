@@ -5,6 +5,7 @@ module rf_contact
    use rf_grow, only: grow
    use rf_sort, only: sorted_order
    use rf_mesh, only: mesh_t
+   use rf_renumber, only: renumbering_t, carry
    use rf_topology, only: side_nodes, changes_t
    use rf_material, only: material_t
    use rf_motion, only: motion_t
@@ -47,7 +48,7 @@ module rf_contact
       integer(i8), allocatable, private :: key(:)
       integer, allocatable, private :: by_key(:)
    contains
-      procedure :: rebuild, weigh, find_pair, gap, slip, settle, traction, state
+      procedure :: rebuild, renumber, node_force, weigh, find_pair, gap, slip, settle, traction, state
    end type contact_t
 
 contains
@@ -239,15 +240,22 @@ contains
       call permute_pairs(self, order)
       group = group(order)
       call number_nodes(self, group)
+      call sort_keys(self)
+   end subroutine group_pairs
+
+   !> Keys of the pairs in ascending order.
+   subroutine sort_keys(self)
+      class(contact_t), intent(inout) :: self
+      integer :: p
       if (allocated(self%key)) deallocate (self%key)
       if (allocated(self%by_key)) deallocate (self%by_key)
-      allocate (self%key(n))
-      do p = 1, n
+      allocate (self%key(self%n_pairs))
+      do p = 1, self%n_pairs
          self%key(p) = pair_key(self%pair(1, p), self%pair(2, p))
       end do
       allocate (self%by_key, source=sorted_order(self%key))
       self%key = self%key(self%by_key)
-   end subroutine group_pairs
+   end subroutine sort_keys
 
    integer function find_root(root, member) result(r)
       integer, intent(inout) :: root(:)
@@ -334,6 +342,57 @@ contains
          end if
       end do
    end function find_pair
+
+   !> Follow new numbers of the nodes: pairs that lost one are forgotten. Then rebuild finds what is left.
+   subroutine renumber(self, map)
+      class(contact_t), intent(inout) :: self
+      type(renumbering_t), intent(in) :: map
+      integer, allocatable :: stay(:)
+      integer :: p, n
+      n = self%n_pairs
+      if (n == 0) return
+      do p = 1, n
+         self%pair(:, p) = map%node(self%pair(:, p))
+      end do
+      allocate (stay, source=pack([(p, p=1, n)], [(all(self%pair(:, p) > 0), p=1, n)]))
+      call carry(self%pair, stay)
+      call carry(self%normal, stay)
+      call carry(self%area, stay)
+      call carry(self%friction, stay)
+      call carry(self%cohesion, stay)
+      call carry(self%cohesive_force, stay)
+      call carry(self%broken, stay)
+      call carry(self%slip_reference, stay)
+      call carry(self%impulse, stay)
+      call carry(self%normal_weight, stay)
+      call carry(self%tangent_weight, stay)
+      call carry(self%pair_node, stay)
+      self%n_pairs = size(stay)
+      do p = 1, self%n_pairs
+         if (self%pair(1, p) < self%pair(2, p)) cycle
+         self%pair(:, p) = self%pair([2, 1], p)       ! gap and slip are the same seen from the other side
+         self%normal(:, p) = -self%normal(:, p)
+      end do
+      call sort_keys(self)
+   end subroutine renumber
+
+   !> Sum of the contact forces on each node [force], (2, nodes).
+   function node_force(self, n_nodes, b) result(force)
+      class(contact_t), intent(in) :: self
+      integer, intent(in) :: n_nodes
+      !> factor of the residual in the last step's update
+      real(wp), intent(in) :: b
+      real(wp), allocatable :: force(:, :)
+      real(wp) :: pull(2), f(2)
+      integer :: p
+      allocate (force(2, n_nodes), source=0.0_wp)
+      do p = 1, self%n_pairs
+         pull = self%traction(p, b)
+         f = self%normal(:, p)*pull(1) + [-self%normal(2, p), self%normal(1, p)]*pull(2)
+         force(:, self%pair(2, p)) = force(:, self%pair(2, p)) + f
+         force(:, self%pair(1, p)) = force(:, self%pair(1, p)) - f
+      end do
+   end function node_force
 
    !> Compliances of the pairs for the masses and supports there are.
    subroutine weigh(self, inverse_mass, free_x, free_y)

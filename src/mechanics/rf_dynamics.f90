@@ -6,6 +6,7 @@ module rf_dynamics
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t
+   use rf_renumber, only: renumbering_t, carry
    use rf_material, only: material_t
    use rf_rows, only: rows_t
    use rf_contact, only: contact_t, pair_stick
@@ -38,7 +39,7 @@ module rf_dynamics
       real(wp), allocatable :: mass(:)
       !> mass-proportional damping of each node [1/time]
       real(wp), allocatable, private :: damping(:)
-      !> dt h/m, and the factor of the old velocity, that the step kernel works with (theory: eq. 46)
+      !> dt h/m, and the factor of the old velocity, that the step kernel works with (theory: eq. 49)
       real(wp), allocatable, private :: inverse_mass(:), keep(:)
       real(wp), allocatable, private :: ones(:), partial(:, :)
       logical, allocatable, private :: special(:)
@@ -56,7 +57,8 @@ module rf_dynamics
       !> displacements up to which the work of loads that do not vary is booked [length]
       real(wp), allocatable, private :: booked_x(:), booked_y(:)
    contains
-      procedure :: prepare, give_velocity, begin_step, follow_split, set_time_step, evaluate, complete, move, end_step, adopt
+      procedure :: prepare, give_velocity, begin_step, follow_split, set_time_step, evaluate, complete, move, end_step
+      procedure :: adopt, renumber
       procedure :: kinetic_energy_before, book_loads, not_finite, add_moving, show_initial
       procedure, private :: find_moving, set_factors, drive, find_moving_forces, book_half, prepare_masks, book_change
    end type dynamics_t
@@ -158,7 +160,7 @@ contains
       damping(:mesh%n_nodes) = damping(:mesh%n_nodes)/mass(:mesh%n_nodes)
    end subroutine lumped_mass
 
-   !> Largest time step that is safe (theory: eq. 47): 0.9 x 2/omega with the bound of Gershgorin for the largest omega.
+   !> Largest time step that is safe (theory: eq. 50): 0.9 x 2/omega with the bound of Gershgorin for the largest omega.
    pure real(wp) function safe_time_step(n_nodes, rows, mass)
       integer, intent(in) :: n_nodes
       type(rows_t), intent(in) :: rows
@@ -238,7 +240,7 @@ contains
       call self%set_factors(mesh%n_nodes, contact, loads)
    end subroutine set_time_step
 
-   !> Factors of the step from the last time step to this one (theory: eq. 46).
+   !> Factors of the step from the last time step to this one (theory: eq. 49).
    subroutine set_factors(self, n_nodes, contact, loads)
       class(dynamics_t), intent(inout) :: self
       integer, intent(in) :: n_nodes
@@ -344,9 +346,9 @@ contains
       end do
    end subroutine find_moving_forces
 
-   !> The time step changes at this state: the kinetic energy of (48) is another one for the same motion. At the start of a
+   !> The time step changes at this state: the kinetic energy of (51) is another one for the same motion. At the start of a
    !> step the velocities given are worth so much, which counts as work done on the body; after a split it counts to what that
-   !> released (theory: eq. 51).
+   !> released (theory: eq. 54).
    subroutine book_change(self, n_nodes, motion, energy)
       class(dynamics_t), intent(in) :: self
       integer, intent(in) :: n_nodes
@@ -372,7 +374,7 @@ contains
       end if
    end subroutine book_change
 
-   !> Book half a step's work of the forces of this state (theory: eqs. 49 and 50): supports that move, friction, impacts, damping.
+   !> Book half a step's work of the forces of this state (theory: eqs. 52 and 53): supports that move, friction, impacts, damping.
    subroutine book_half(self, mesh, contact, motion, energy, before)
       class(dynamics_t), intent(in) :: self
       type(mesh_t), intent(in) :: mesh
@@ -485,7 +487,7 @@ contains
          self%velocity(:, n) = 0.5_wp*[self%old_x(n) + motion%vx(n), self%old_y(n) + motion%vy(n)]/self%time_step
       end do
       call self%book_loads(mesh%n_nodes, loads, motion, energy)
-      energy%kinetic = 0.5_wp*kinetic/self%time_step**2          ! (theory: eq. 48)
+      energy%kinetic = 0.5_wp*kinetic/self%time_step**2          ! (theory: eq. 51)
       energy%strain = energy%strain_energy(loads, motion, mesh%n_nodes)
       energy%largest_external = max(energy%largest_external, abs(energy%external))
    end subroutine complete
@@ -555,6 +557,14 @@ contains
          self%initial(:, n) = 0.5_wp*(self%initial(:, a) + self%initial(:, b))
       end do
    end subroutine adopt
+
+   !> Follow new numbers.
+   subroutine renumber(self, map)
+      class(dynamics_t), intent(inout) :: self
+      type(renumbering_t), intent(in) :: map
+      call carry(self%velocity, map%node_from)
+      call carry(self%initial, map%node_from)
+   end subroutine renumber
 
    !> The first node whose motion is not finite after the last evaluation; 0 if all are.
    integer function not_finite(self, mesh, rows, motion) result(node)

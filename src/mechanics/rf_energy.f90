@@ -5,6 +5,7 @@ module rf_energy
    use rf_grow, only: grow
    use rf_loads, only: loads_t
    use rf_motion, only: motion_t
+   use rf_renumber, only: renumbering_t, carry
    use rf_topology, only: changes_t
    implicit none
    private
@@ -17,10 +18,13 @@ module rf_energy
       real(wp) :: largest_external = 0
       !> released by the last event
       real(wp) :: released_by_event = 0
+      !> an equilibrium has been accepted
+      logical, private :: begun = .false.
       !> displacements, applied forces and reactions of the last accepted equilibrium, (nodes)
       real(wp), allocatable, private :: ux(:), uy(:), px(:), py(:), qx(:), qy(:)
    contains
-      procedure :: prepare, accept, adopt, error, strain_energy, go_on_from
+      procedure :: prepare, accept, adopt, renumber, take_out, error, strain_energy, go_on_from
+      procedure, private :: take_loads
    end type energy_t
 
 contains
@@ -32,10 +36,21 @@ contains
       type(loads_t), intent(in) :: loads
       integer, intent(in) :: n_nodes
       call reserve(self, n_nodes)
-      if (.not. allocated(loads%initial)) return
-      self%px(:n_nodes) = loads%initial(1, :n_nodes)
-      self%py(:n_nodes) = loads%initial(2, :n_nodes)
+      call self%take_loads(loads, n_nodes)
    end subroutine prepare
+
+   !> Forces at the start of the next increment: the loads; before the first one what holds the initial stress.
+   subroutine take_loads(self, loads, n)
+      class(energy_t), intent(inout) :: self
+      type(loads_t), intent(in) :: loads
+      !> nodes
+      integer, intent(in) :: n
+      self%px(:n) = loads%applied(1, :n)
+      self%py(:n) = loads%applied(2, :n)
+      if (self%begun .or. .not. allocated(loads%initial)) return
+      self%px(:n) = loads%initial(1, :n)
+      self%py(:n) = loads%initial(2, :n)
+   end subroutine take_loads
 
    subroutine reserve(self, n)
       class(energy_t), intent(inout) :: self
@@ -105,8 +120,8 @@ contains
       integer, intent(in) :: n
       self%ux(:n) = motion%ux(:n)
       self%uy(:n) = motion%uy(:n)
-      self%px(:n) = loads%applied(1, :n)
-      self%py(:n) = loads%applied(2, :n)
+      self%begun = .true.
+      call self%take_loads(loads, n)
       self%qx(:n) = reaction(1, :n)
       self%qy(:n) = reaction(2, :n)
    end subroutine go_on_from
@@ -130,9 +145,44 @@ contains
          self%qx(n) = 0
          self%qy(n) = 0
       end do
-      self%px(:n_nodes) = loads%applied(1, :n_nodes)
-      self%py(:n_nodes) = loads%applied(2, :n_nodes)
+      call self%take_loads(loads, n_nodes)
    end subroutine adopt
+
+   !> Follow new numbers of the nodes.
+   subroutine renumber(self, map)
+      class(energy_t), intent(inout) :: self
+      type(renumbering_t), intent(in) :: map
+      call carry(self%ux, map%node_from)
+      call carry(self%uy, map%node_from)
+      call carry(self%px, map%node_from)
+      call carry(self%py, map%node_from)
+      call carry(self%qx, map%node_from)
+      call carry(self%qy, map%node_from)
+   end subroutine renumber
+
+   !> Elements were removed: the strain energy that they hold leaves the body with them, as negative external work. From now on
+   !> the forces by which they acted on the rest are loads of the exposed nodes (theory: eq. 47).
+   subroutine take_out(self, stored, exposed, loads, reaction, n_nodes)
+      class(energy_t), intent(inout) :: self
+      !> of the removed elements [force length]
+      real(wp), intent(in) :: stored
+      !> nodes whose forces have changed
+      integer, intent(in) :: exposed(:)
+      type(loads_t), intent(in) :: loads
+      !> force of the supports on the body [force], (2, nodes)
+      real(wp), intent(in) :: reaction(:, :)
+      integer, intent(in) :: n_nodes
+      integer :: i, n
+      self%external = self%external - stored
+      self%largest_external = max(self%largest_external, abs(self%external))
+      self%strain = self%strain - stored
+      call self%take_loads(loads, n_nodes)
+      do i = 1, size(exposed)
+         n = exposed(i)
+         self%qx(n) = reaction(1, n)
+         self%qy(n) = reaction(2, n)
+      end do
+   end subroutine take_out
 
    !> What the ledger does not account for, relative to the largest external work [-].
    pure real(wp) function error(self)

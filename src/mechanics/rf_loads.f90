@@ -7,11 +7,12 @@ module rf_loads
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t, next_corner
+   use rf_renumber, only: renumbering_t, carry
    use rf_material, only: material_t
    use rf_amplitude, only: amplitude_t
    implicit none
    private
-   public :: loads_t, load_definition_t, ramp_t
+   public :: loads_t, load_definition_t, ramp_t, renumber_definition
    public :: load_support, load_force, load_element_face, load_edges, load_gravity
 
    !> kinds of definitions
@@ -81,8 +82,8 @@ module rf_loads
       integer, allocatable :: tag_first(:), tag_member(:)
       logical, private :: any_gravity = .false.
    contains
-      procedure :: prepare, know_faces, begin_step, apply, apply_supports, apply_forces, adopt, is_held
-      procedure :: forces_vary, support_at, scale
+      procedure :: prepare, know_faces, begin_step, apply, apply_supports, apply_forces, gather, adopt, renumber, add_falling
+      procedure :: is_held, forces_vary, support_at, scale
       procedure, private :: act, drop, acting_index, release, spread, tag_faces, new_tag
       procedure, private :: add_nodal_forces, add_pressures, add_gravity
    end type loads_t
@@ -507,13 +508,24 @@ contains
       type(material_t), intent(in) :: material
       !> part of the step that is done [-], step time [time]
       real(wp), intent(in) :: fraction, time
-      integer :: d
-      self%px(:mesh%n_nodes) = 0
-      self%py(:mesh%n_nodes) = 0
-      call self%add_nodal_forces(fraction, time)
+      integer :: d, i
+      do i = 1, self%n_forces
+         self%force(i)%ramp%now = value_at(self, self%force(i)%ramp, fraction, time)
+      end do
       do d = 1, self%n_acting
          self%ramp(d)%now = value_at(self, self%ramp(d), fraction, time)
       end do
+      call self%gather(mesh, material)
+   end subroutine apply_forces
+
+   !> Sum up what acts, at its present values.
+   subroutine gather(self, mesh, material)
+      class(loads_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      self%px(:mesh%n_nodes) = 0
+      self%py(:mesh%n_nodes) = 0
+      call self%add_nodal_forces()
       if (self%n_tags > 0) call self%add_pressures(mesh, material)
       if (self%any_gravity) call self%add_gravity(mesh, material)
       self%applied(1, :mesh%n_nodes) = self%px(:mesh%n_nodes)
@@ -521,7 +533,7 @@ contains
       if (.not. allocated(self%initial)) return
       self%px(:mesh%n_nodes) = self%px(:mesh%n_nodes) - self%initial(1, :mesh%n_nodes)
       self%py(:mesh%n_nodes) = self%py(:mesh%n_nodes) - self%initial(2, :mesh%n_nodes)
-   end subroutine apply_forces
+   end subroutine gather
 
    !> Whether applied forces change with time when values without amplitude apply at once.
    pure logical function forces_vary(self)
@@ -529,15 +541,13 @@ contains
       forces_vary = any(self%ramp(:self%n_acting)%amplitude > 0) .or. any(self%force(:self%n_forces)%ramp%amplitude > 0)
    end function forces_vary
 
-   subroutine add_nodal_forces(self, fraction, time)
+   subroutine add_nodal_forces(self)
       class(loads_t), intent(inout) :: self
-      real(wp), intent(in) :: fraction, time
       integer :: i, n
       real(wp) :: f
       do i = 1, self%n_forces
          n = self%force(i)%node
-         f = value_at(self, self%force(i)%ramp, fraction, time)
-         self%force(i)%ramp%now = f
+         f = self%force(i)%ramp%now
          if (self%force(i)%dof == 1) self%px(n) = self%px(n) + f
          if (self%force(i)%dof == 2) self%py(n) = self%py(n) + f
       end do
@@ -626,6 +636,64 @@ contains
          if (changes%parent(2, i) == 0) call share_forces(self, changes, i)
       end do
    end subroutine adopt
+
+   !> Follow new numbers: forces on nodes that are gone go with them, and what means one node or element means its deputy.
+   subroutine renumber(self, map)
+      class(loads_t), intent(inout) :: self
+      type(renumbering_t), intent(in) :: map
+      type(ramp_t), allocatable :: support(:, :)
+      integer :: i, n, d
+      call carry(self%px, map%node_from)
+      call carry(self%py, map%node_from)
+      call carry(self%applied, map%node_from)
+      call carry(self%initial, map%node_from)
+      call carry(self%free_x, map%node_from)
+      call carry(self%free_y, map%node_from)
+      call carry(self%cx, map%node_from)
+      call carry(self%cy, map%node_from)
+      call carry(self%ends, map%node_from)
+      allocate (support(2, map%n_nodes))
+      do n = 1, map%n_nodes
+         support(:, n) = self%support(:, map%node_from(n))
+         if (self%ends(1, n) == 0) cycle
+         self%ends(:, n) = map%node(self%ends(:, n))
+         if (any(self%ends(:, n) == 0)) self%ends(:, n) = 0
+      end do
+      call move_alloc(support, self%support)
+      n = 0
+      do i = 1, self%n_forces
+         if (map%node(self%force(i)%node) == 0) cycle
+         n = n + 1
+         self%force(n) = self%force(i)
+         self%force(n)%node = map%node(self%force(n)%node)
+      end do
+      self%n_forces = n
+      do d = 1, self%n_acting
+         call renumber_definition(self%acting(d), map)
+      end do
+   end subroutine renumber
+
+   !> What a definition that names one node or element means in new numbers; nothing if all of it is gone.
+   subroutine renumber_definition(definition, map)
+      type(load_definition_t), intent(inout) :: definition
+      type(renumbering_t), intent(in) :: map
+      if (definition%entity == 0) return
+      select case (definition%kind)
+      case (load_support, load_force)
+         definition%entity = map%node_deputy(definition%entity)
+      case default
+         definition%entity = map%element_deputy(definition%entity)
+      end select
+   end subroutine renumber_definition
+
+   !> A force that is there now and falls to zero linearly over the step that begins next.
+   subroutine add_falling(self, node, dof, value)
+      class(loads_t), intent(inout) :: self
+      integer, intent(in) :: node, dof
+      !> [force]
+      real(wp), intent(in) :: value
+      call add_force(self, nodal_force_t(node, dof, 0, ramp_t(value, 0.0_wp, 0, value)))
+   end subroutine add_falling
 
    pure type(ramp_t) function mean_ramp(a, b)
       type(ramp_t), intent(in) :: a, b

@@ -6,6 +6,7 @@ module rf_material
    use rf_cst, only: elasticity_t
    use rf_initial_stress, only: initial_stress_t
    use rf_topology, only: changes_t
+   use rf_renumber, only: renumbering_t, carry
    implicit none
    private
    public :: material_t, section_t, surface_t
@@ -48,7 +49,7 @@ module rf_material
       real(wp), allocatable :: stiffness_factor(:), strength_factor(:)
       type(initial_stress_t) :: initial
    contains
-      procedure :: prepare, adopt, surface_given, out_of_plane
+      procedure :: prepare, adopt, renumber, surface_given, out_of_plane
    end type material_t
 
 contains
@@ -84,6 +85,15 @@ contains
          self%strength_factor(child) = self%strength_factor(origin)
       end do
    end subroutine adopt
+
+   !> Follow new numbers of the elements.
+   subroutine renumber(self, map)
+      class(material_t), intent(inout) :: self
+      type(renumbering_t), intent(in) :: map
+      call carry(self%stiffness_factor, map%element_from)
+      call carry(self%strength_factor, map%element_from)
+      call carry(self%initial%stress, map%element_from)
+   end subroutine renumber
 
    !> Stress out of the plane that goes with the stress in it (theory: eq. 3) [stress]: what the displacements have added to the
    !> initial stress tells what they have added out of the plane.

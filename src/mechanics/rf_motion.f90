@@ -4,6 +4,7 @@ module rf_motion
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t
+   use rf_renumber, only: renumbering_t, carry
    implicit none
    private
    public :: motion_t
@@ -20,7 +21,7 @@ module rf_motion
       !> residuals: applied minus internal forces [force]; reactions at supports
       real(wp), allocatable :: rx(:), ry(:)
    contains
-      procedure :: reserve, adopt, corner_displacements
+      procedure :: reserve, adopt, renumber, corner_displacements
    end type motion_t
 
 contains
@@ -58,6 +59,22 @@ contains
          self%vy(n) = 0.5_wp*(self%vy(a) + self%vy(b))
       end do
    end subroutine adopt
+
+   !> Follow new numbers of the nodes.
+   subroutine renumber(self, map)
+      class(motion_t), intent(inout) :: self
+      type(renumbering_t), intent(in) :: map
+      call carry(self%ux, map%node_from)
+      call carry(self%uy, map%node_from)
+      call carry(self%wx, map%node_from)
+      call carry(self%wy, map%node_from)
+      call carry(self%vx, map%node_from)
+      call carry(self%vy, map%node_from)
+      call carry(self%fx, map%node_from)
+      call carry(self%fy, map%node_from)
+      call carry(self%rx, map%node_from)
+      call carry(self%ry, map%node_from)
+   end subroutine renumber
 
    !> Displacements of an element's corners [length], (2, 3).
    pure function corner_displacements(self, mesh, element) result(u)

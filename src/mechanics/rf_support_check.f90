@@ -6,7 +6,10 @@ module rf_support_check
    use rf_diagnostics, only: diagnostics_t, place_t
    use rf_loads, only: load_definition_t, load_support
    use rf_mesh, only: mesh_t
+   use rf_topology, only: changes_t
    use rf_pieces, only: pieces_t
+   use rf_removal_input, only: removal_t, mark_removed
+   use rf_renumber, only: renumbering_t, remove_from_mesh
    use rf_text, only: to_text
    implicit none
    private
@@ -33,22 +36,26 @@ contains
 
    !> Check the supports of each step with *STATIC; after the first step that lacks some the others are not looked at.
    !> Nothing is said where the mesh or the supports were not read without errors.
-   subroutine check_supports(deck, mesh, definitions, replaced, diagnostics)
+   subroutine check_supports(deck, mesh, definitions, replaced, removals, diagnostics)
       type(deck_t), intent(inout) :: deck
       type(mesh_t), intent(in) :: mesh
       !> of all steps, in order (read_loads)
       type(load_definition_t), intent(in) :: definitions(:)
       !> OP=NEW, (kinds, steps)
       logical, intent(in) :: replaced(:, :)
+      !> what steps take out of the body
+      type(removal_t), intent(in) :: removals(:)
       type(diagnostics_t), intent(inout) :: diagnostics
       type(card_t) :: card
-      logical, allocatable :: held(:, :)
-      integer :: before, step
+      logical, allocatable :: held(:, :), gone(:)
+      integer :: before, step, i
       if (deck%describing() .or. mesh%n_elements == 0) return
       if (any_failed(deck, 'NODE', in_model) .or. any_failed(deck, 'ELEMENT', in_model) .or. any_failed(deck, 'MESH', in_model) &
-          .or. any_failed(deck, 'NSET', in_model) .or. any_failed(deck, 'BOUNDARY', in_both)) return
-      allocate (held(2, mesh%n_nodes))
+          .or. any_failed(deck, 'NSET', in_model) .or. any_failed(deck, 'BOUNDARY', in_both) .or. &
+          any_failed(deck, 'MODEL CHANGE', in_step)) return
+      allocate (held(2, mesh%n_nodes), gone(mesh%n_elements))
       held = .false.
+      gone = .false.
       before = diagnostics%n_errors
       step = -1
       call deck%open(card, 'STATIC', where=in_step)
@@ -59,11 +66,41 @@ contains
                if (replaced(load_support, step)) held = .false.
             end if
             call hold(mesh, pack(definitions, definitions%step == step), held)
+            do i = 1, size(removals)
+               if (removals(i)%step == step) call mark_removed(mesh, removals, i, gone)
+            end do
          end do
-         call check_rigid_motion(mesh, held, card%keyword_place(), diagnostics)
+         call check_rest(mesh, gone, held, card%keyword_place(), diagnostics)
          if (diagnostics%n_errors > before) return
       end do
    end subroutine check_supports
+
+   !> Check what is left of the body, after everything has been taken out that is gone by then.
+   subroutine check_rest(mesh, gone, held, place, diagnostics)
+      type(mesh_t), intent(in) :: mesh
+      !> (elements)
+      logical, intent(in) :: gone(:)
+      !> the direction is supported, (2, nodes)
+      logical, intent(in) :: held(:, :)
+      type(place_t), intent(in) :: place
+      type(diagnostics_t), intent(inout) :: diagnostics
+      type(mesh_t) :: rest
+      type(renumbering_t) :: map
+      type(changes_t) :: changes
+      integer, allocatable :: exposed(:)
+      logical, allocatable :: rest_held(:, :)
+      if (.not. any(gone) .or. all(gone)) then
+         if (.not. any(gone)) call check_rigid_motion(mesh, held, place, diagnostics)
+         return
+      end if
+      rest = mesh
+      call remove_from_mesh(rest, gone, map, changes, exposed)
+      allocate (rest_held(2, rest%n_nodes))
+      rest_held(:, :map%n_nodes) = held(:, map%node_from)
+      if (changes%n_nodes > 0) rest_held(:, changes%node(:changes%n_nodes)) = &
+         rest_held(:, changes%parent(1, :changes%n_nodes))
+      call check_rigid_motion(rest, rest_held, place, diagnostics)
+   end subroutine check_rest
 
    !> Mark the directions that definitions of supports hold.
    subroutine hold(mesh, definitions, held)

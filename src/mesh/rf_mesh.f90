@@ -16,7 +16,8 @@ module rf_mesh
    type :: mesh_t
       !> nodes, elements and crack segments present (arrays may be larger)
       integer :: n_nodes = 0, n_elements = 0, n_segments = 0
-      !> nodes and elements of the deck; those after them came by splitting
+      !> nodes and elements of the deck, or those that were there when the numbers last changed (rf_renumber); those after
+      !> them came by splitting
       integer :: n_deck_nodes = 0, n_deck_elements = 0
       !> largest ids given so far: new nodes and elements count on from them
       integer :: last_node_id = 0, last_element_id = 0

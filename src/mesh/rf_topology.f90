@@ -8,7 +8,7 @@ module rf_topology
    use rf_mesh, only: mesh_t, no_origin
    implicit none
    private
-   public :: changes_t, build_topology, elements_around, bisect_edge, crack_edge, refan_node
+   public :: changes_t, build_topology, elements_around, bisect_edge, crack_edge, refan_node, part_fans, is_one_fan
    public :: next_corner, previous_corner, corner_of, is_corner, node_on_boundary, side_nodes, sort_ascending
    public :: manifold_ok, manifold_three_elements
 
@@ -200,6 +200,15 @@ contains
          end do
       end do
    end subroutine list_corners
+
+   !> Whether a walk round a node reaches all its elements.
+   logical function is_one_fan(mesh, node, n_elements)
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: node
+      !> how many it has
+      integer, intent(in) :: n_elements
+      is_one_fan = count_by_walk(mesh, node) == n_elements
+   end function is_one_fan
 
    !> Elements that a walk round a node reaches.
    integer function count_by_walk(mesh, node) result(n)
@@ -476,16 +485,30 @@ contains
       type(changes_t), intent(inout) :: changes
       !> copies there are now, the node itself included
       integer, intent(out) :: n_copies
-      integer, allocatable :: around(:), fan(:)
-      integer :: n, i, copy
-      integer :: f
+      integer, allocatable :: around(:)
+      integer :: n
 
       n_copies = 1
       if (mesh%hinge(node)) return
       call elements_around(mesh, node, around, n)
-      ! in the order of the output, so that internal numbering does not show
-      around(:n) = around(sorted_order(int(mesh%element_rank(around(:n)), i8)))
-      call group_fans(mesh, node, around(:n), fan, n_copies)
+      around = around(:n)
+      call part_fans(mesh, node, around, changes, n_copies)
+   end subroutine refan_node
+
+   !> The same with the elements of the node known: they need not hang together through edges.
+   subroutine part_fans(mesh, node, around, changes, n_copies)
+      type(mesh_t), intent(inout) :: mesh
+      integer, intent(in) :: node
+      !> elements of the node; put into the order of the output, so that internal numbering does not show
+      integer, intent(inout) :: around(:)
+      type(changes_t), intent(inout) :: changes
+      !> copies there are now, the node itself included
+      integer, intent(out) :: n_copies
+      integer, allocatable :: fan(:)
+      integer :: n, i, copy, f
+      n = size(around)
+      around = around(sorted_order(int(mesh%element_rank(around), i8)))
+      call group_fans(mesh, node, around, fan, n_copies)
       if (n_copies == 1) return
       mesh%share(node) = mesh%share(node)/n_copies
       mesh%element_of(node) = around(1)
@@ -506,7 +529,7 @@ contains
       do i = 1, n
          if (fan(i) == 1) call changes%add_element(around(i))
       end do
-   end subroutine refan_node
+   end subroutine part_fans
 
    !> Number the fans round a node, the one with the lowest element first.
    subroutine group_fans(mesh, node, around, fan, n_fans)

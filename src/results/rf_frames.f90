@@ -22,8 +22,8 @@ module rf_frames
       type(field_t), allocatable, private :: points(:), cells(:)
       type(vtkhdf_file_t), private :: mesh_file, crack_file
       type(apdl_t), private :: apdl_file
-      !> events that the geometry in the files has seen; -1: none is there
-      integer, private :: geometry_events = -1
+      !> changes of the mesh that the geometry in the files has seen; -1: none is there
+      integer, private :: mesh_changes = -1
    contains
       procedure :: create, write_frame, close => close_files, discard
       procedure, private :: write_mesh, write_cracks, write_apdl
@@ -85,8 +85,8 @@ contains
       integer, intent(in) :: kind
       character(len=:), allocatable, intent(out) :: error
       logical :: changed
-      changed = self%geometry_events /= model%events
-      self%geometry_events = model%events
+      changed = self%mesh_changes /= model%mesh_changes
+      self%mesh_changes = model%mesh_changes
       if (self%vtkhdf) then
          call self%write_mesh(model, position, kind, changed, error)
          if (.not. allocated(error)) call self%write_cracks(model, position, kind, changed, error)

@@ -175,14 +175,47 @@ def test_the_page(tmp_path, monkeypatch):
     assert "- `demo`, b: it is three" in text
 
 
-def test_report_wants_rows_of_one_commit(tmp_path, capsys):
-    for name, commit, quick in (("one", "aaa", False), ("two", "bbb", True)):
-        (tmp_path / name).mkdir()
-        record = {"case": name, "commit": commit, "quick": quick, "rows": []}
-        (tmp_path / name / "rows.json").write_text(json.dumps(record))
-    assert verify_suite.report_from_files(["one", "two", "three"], tmp_path) == 1
+def rows_from(folder, **commits):
+    for name, commit in commits.items():
+        (folder / name).mkdir(exist_ok=True)
+        record = {"case": name, "commit": commit.strip("!"), "quick": "!" in commit, "rows": []}
+        (folder / name / "rows.json").write_text(json.dumps(record))
+
+
+def test_report_wants_rows_of_one_commit(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(verify_suite, "state_of_project", lambda: "aaa")
+    monkeypatch.setattr(verify_suite, "git", lambda *words: "src/main.f90")
+    rows_from(tmp_path, one="aaa", two="bbb!", four="bbb")
+    assert verify_suite.report_from_files(["one", "two", "three", "four"], tmp_path) == 1
     said = capsys.readouterr().err
-    assert "three: not run yet" in said and "two: only its quick part" in said and "from commit aaa: one" in said
+    assert "three: not run yet" in said and "two: only its quick part" in said and "one:" not in said
+    assert "four: from commit bbb, not aaa" in said
+
+
+def test_report_takes_rows_since_which_nothing_has_changed(tmp_path, monkeypatch):
+    written = []
+    monkeypatch.setattr(verify_suite, "state_of_project", lambda: "aaa")
+    monkeypatch.setattr(verify_suite, "git", lambda *words: "" if words[0] == "diff" else "bbb")
+    monkeypatch.setattr(verify_suite, "write_report", lambda records, work: written.extend(records))
+    rows_from(tmp_path, one="aaa", two="bbb")
+    assert verify_suite.report_from_files(["one", "two"], tmp_path) == 0
+    assert [record["commit"] for record in written] == ["aaa", "aaa"]
+    rows_from(tmp_path, one="aaa", two="bbb+")
+    assert verify_suite.report_from_files(["one", "two"], tmp_path) == 1, "changed files: nobody knows what was run"
+
+
+def test_first_figures_stand_at_the_top():
+    figures = [
+        {"file": "a.png", "caption": "A", "first": True},
+        {"file": "b.png", "caption": "B", "first": False},
+    ]
+    lines = verify_report.first_figures([{"title": "Beam: 1/2", "figures": figures}])
+    assert "![A](verification/a.png)" in lines and "![B](verification/b.png)" not in lines
+    assert "*A* ([Beam: 1/2](#beam-12))" in lines
+
+
+def test_numbers_as_texts():
+    assert [rfem_verify.number_text(x) for x in (1e-9, 2e-11, 1.5e10, 3)] == ["1e-9", "2e-11", "1.5e10", "3"]
 
 
 @pytest.mark.skipif(not rfem_verify.program().exists(), reason="no program")

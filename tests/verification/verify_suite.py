@@ -79,10 +79,28 @@ def git(*arguments):
     return ""
 
 
+# what decides about the rows of every case; those of one case depend on its folder besides
+DECIDING = [
+    *("CMakeLists.txt", "cmake", "src", "postproc", "input/paper", "tests/property", "tests/support"),
+    *("tests/regression", "tests/results", "tests/verification/*.py"),
+    *(":!tests/verification/verify_*.py", ":!tests/verification/test_*.py"),
+]
+
+
 def state_of_project():
     """The commit, with a + when files that decide about results are changed."""
-    changed = git("status", "--porcelain", "--", "src", "input", "postproc", "tests/verification", "cmake")
+    changed = git("status", "--porcelain", "--", "input/verification", *DECIDING)
     return (git("rev-parse", "--short=10", "HEAD") or "unknown") + ("+" if changed else "")
+
+
+def still_holds(record, commit):
+    """Whether the rows are what `commit` gives: made by it, or by one since which nothing that decides has changed."""
+    if record["commit"] == commit:
+        return True
+    if "+" in record["commit"] + commit or not git("rev-parse", "--verify", f"{record['commit']}^{{commit}}"):
+        return False
+    folder = f"input/verification/{record['case']}"
+    return not git("diff", "--name-only", record["commit"], commit, "--", folder, *DECIDING)
 
 
 def run_case(name, work, quick, cases, limit=TIME_LIMIT, commit="unknown"):
@@ -253,15 +271,16 @@ def report_from_files(names, work):
         records.append(json.loads(path.read_text()))
         if records[-1]["quick"]:
             problems.append(f"{name}: only its quick part was run")
-    commits = {}
+    commit = state_of_project()
+    if len({record["commit"] for record in records}) == 1:
+        commit = records[0]["commit"]
     for record in records:
-        commits.setdefault(record["commit"], []).append(record["case"])
-    if len(commits) > 1:
-        problems += [f"from commit {commit}: {' '.join(cases)}" for commit, cases in commits.items()]
+        if not still_holds(record, commit):
+            problems.append(f"{record['case']}: from commit {record['commit']}, not {commit}")
     if problems or not records:
         print("verify: no report, the rows do not belong together:", *problems, sep="\n  ", file=sys.stderr)
         return 1
-    write_report(records, work)
+    write_report([{**record, "commit": commit} for record in records], work)
     return 0
 
 

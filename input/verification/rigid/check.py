@@ -1,5 +1,7 @@
 """Rigid motions of a body: displacements as prescribed, no stress."""
 
+from pathlib import Path
+
 import numpy as np
 
 TITLE = "Rigid motion"
@@ -24,10 +26,11 @@ def largest_errors(frame, a, b, angle):
 
 
 def check(case):
-    """The elastic body."""
-    for name, (a, b, angle) in MOTIONS.items():
-        values = {"A": a, "B": b, "B_RIGHT": b + angle * SIZE}
-        frame = case.run("rigid.inp", set=values, name=name).frames[-1]
-        error, stress = largest_errors(frame, a, b, angle)
-        case.at_most(f"{name}: nodal error / largest displacement", error, 1e-9, kind="exact")
-        case.at_most(f"{name}: largest stress / (E displacement / size)", stress, 1e-9, kind="exact")
+    """The elastic body, and the same with cracks in it."""
+    for body, deck in {"": "rigid.inp", "cracked, ": "rigid_cracked.inp"}.items():
+        for name, (a, b, angle) in MOTIONS.items():
+            values = {"A": a, "B": b, "B_RIGHT": b + angle * SIZE}
+            frame = case.run(deck, set=values, name=f"{Path(deck).stem}_{name}").frames[-1]
+            error, stress = largest_errors(frame, a, b, angle)
+            case.at_most(f"{body}{name}: nodal error / largest displacement", error, 1e-9, kind="exact")
+            case.at_most(f"{body}{name}: largest stress / (E displacement / size)", stress, 1e-9, kind="exact")

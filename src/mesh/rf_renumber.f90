@@ -1,0 +1,308 @@
+!> New numbers for nodes, elements and crack segments: what stays keeps its data, what has no new number is gone. Every type
+!> that holds something per node or per element has a procedure `renumber` that follows such a map. Here are the map, how
+!> arrays follow it, and how the mesh does; on it stands the removal of elements (excavation).
+module rf_renumber
+   use rf_kinds, only: wp, i1, i8
+   use rf_sort, only: sorted_order
+   use rf_mesh, only: mesh_t, no_origin
+   use rf_topology, only: changes_t, part_fans, is_one_fan
+   implicit none
+   private
+   public :: renumbering_t, carry, plan_removal, renumber_mesh, remove_from_mesh
+
+   !> Old numbers to new ones and back.
+   type :: renumbering_t
+      !> how many stay
+      integer :: n_nodes = 0, n_elements = 0, n_segments = 0
+      !> new number of each old one, 0: it is gone, (old)
+      integer, allocatable :: node(:), element(:), segment(:)
+      !> old number of each new one, (new)
+      integer, allocatable :: node_from(:), element_from(:), segment_from(:)
+      !> new number of what stands for a node or element of the deck: itself, or if it is gone another copy of the node, another
+      !> child of the element; 0 if none is left, (old)
+      integer, allocatable :: node_deputy(:), element_deputy(:)
+   end type renumbering_t
+
+   !> Put the entities of an array (last dimension) into their new order; an array that is not allocated stays so.
+   interface carry
+      module procedure carry_real_1, carry_real_2, carry_integer_1, carry_integer_2, carry_small_1, carry_long_2, carry_logical_1
+   end interface carry
+
+contains
+
+   !> The map that takes elements out, with the nodes that are left on none and the crack segments that lose a side. The order
+   !> of the rest does not change.
+   subroutine plan_removal(mesh, gone, map)
+      type(mesh_t), intent(in) :: mesh
+      !> the element goes, (elements)
+      logical, intent(in) :: gone(:)
+      type(renumbering_t), intent(out) :: map
+      logical, allocatable :: node_stays(:), segment_stays(:)
+      integer :: e, s
+      allocate (node_stays(mesh%n_nodes), segment_stays(mesh%n_segments))
+      node_stays = .false.
+      do e = 1, mesh%n_elements
+         if (.not. gone(e)) node_stays(mesh%connectivity(:, e)) = .true.
+      end do
+      do s = 1, mesh%n_segments
+         segment_stays(s) = .not. any(gone(mesh%segment_element(:, s)))
+      end do
+      call number(node_stays, map%n_nodes, map%node, map%node_from)
+      call number(.not. gone(:mesh%n_elements), map%n_elements, map%element, map%element_from)
+      call number(segment_stays, map%n_segments, map%segment, map%segment_from)
+      call find_deputies(mesh%node_origin(:mesh%n_nodes), mesh%node_rank(:mesh%n_nodes), map%node, map%node_deputy)
+      call find_deputies(mesh%element_origin(:mesh%n_elements), mesh%element_rank(:mesh%n_elements), map%element, &
+                         map%element_deputy)
+   end subroutine plan_removal
+
+   !> Number what stays in its order.
+   subroutine number(stays, n, new, from)
+      logical, intent(in) :: stays(:)
+      integer, intent(out) :: n
+      integer, allocatable, intent(out) :: new(:), from(:)
+      integer :: i
+      allocate (new(size(stays)), from(count(stays)))
+      n = 0
+      new = 0
+      do i = 1, size(stays)
+         if (.not. stays(i)) cycle
+         n = n + 1
+         new(i) = n
+         from(n) = i
+      end do
+   end subroutine number
+
+   !> Who stands for each entity: itself, or of those with the same origin that stay the first in the order of the output.
+   subroutine find_deputies(origin, rank, new, deputy)
+      integer, intent(in) :: origin(:), rank(:), new(:)
+      integer, allocatable, intent(out) :: deputy(:)
+      integer, allocatable :: order(:)
+      integer :: i, first, last, best
+      allocate (deputy, source=new)
+      if (all(new > 0)) return
+      allocate (order, source=sorted_order(int(origin, i8)))
+      first = 1
+      do while (first <= size(order))
+         best = 0
+         do last = first, size(order)
+            if (origin(order(last)) /= origin(order(first))) exit
+            if (new(order(last)) == 0) cycle
+            if (best == 0) best = order(last)
+            if (rank(order(last)) < rank(best)) best = order(last)
+         end do
+         do i = first, last - 1
+            if (best > 0 .and. deputy(order(i)) == 0 .and. origin(order(i)) /= no_origin) deputy(order(i)) = new(best)
+         end do
+         first = last
+      end do
+   end subroutine find_deputies
+
+   !> The mesh in its new numbers. Ranks stay in their order and without gaps; copies of a deck node that stay share it whole.
+   subroutine renumber_mesh(mesh, map)
+      type(mesh_t), intent(inout) :: mesh
+      type(renumbering_t), intent(in) :: map
+      integer :: e
+      call carry(mesh%x, map%node_from)
+      call carry(mesh%node_id, map%node_from)
+      call carry(mesh%node_origin, map%node_from)
+      call carry(mesh%node_rank, map%node_from)
+      call carry(mesh%share, map%node_from)
+      call carry(mesh%hinge, map%node_from)
+      call carry(mesh%node_membership, map%node_from)
+      call carry(mesh%element_of, map%node_from)
+      call carry(mesh%connectivity, map%element_from)
+      call carry(mesh%neighbour, map%element_from)
+      call carry(mesh%segment, map%element_from)
+      call carry(mesh%face_tag, map%element_from)
+      call carry(mesh%element_id, map%element_from)
+      call carry(mesh%element_origin, map%element_from)
+      call carry(mesh%element_rank, map%element_from)
+      call carry(mesh%section, map%element_from)
+      call carry(mesh%split_level, map%element_from)
+      call carry(mesh%element_membership, map%element_from)
+      call carry(mesh%segment_element, map%segment_from)
+      call carry(mesh%segment_mode, map%segment_from)
+      call carry(mesh%segment_event, map%segment_from)
+      call carry(mesh%segment_crack, map%segment_from)
+      mesh%n_nodes = map%n_nodes
+      mesh%n_elements = map%n_elements
+      mesh%n_segments = map%n_segments
+      mesh%n_deck_nodes = map%n_nodes
+      mesh%n_deck_elements = map%n_elements
+      call translate(mesh%element_of, map%element)
+      do e = 1, mesh%n_elements
+         call translate(mesh%connectivity(:, e), map%node)
+         call translate(mesh%neighbour(:, e), map%element)
+         call translate(mesh%segment(:, e), map%segment)
+      end do
+      do e = 1, mesh%n_segments
+         call translate(mesh%segment_element(:, e), map%element)
+      end do
+      do e = mesh%n_elements, 1, -1
+         where (mesh%element_of(mesh%connectivity(:, e)) == 0) mesh%element_of(mesh%connectivity(:, e)) = e
+      end do
+      call close_gaps(mesh%node_rank)
+      call close_gaps(mesh%element_rank)
+      if (any(map%node == 0)) call share_anew(mesh)
+   end subroutine renumber_mesh
+
+   !> Numbers become new ones; 0 stays 0.
+   pure subroutine translate(numbers, new)
+      integer, intent(inout) :: numbers(:)
+      integer, intent(in) :: new(:)
+      integer :: i
+      do i = 1, size(numbers)
+         if (numbers(i) > 0) numbers(i) = new(numbers(i))
+      end do
+   end subroutine translate
+
+   !> Ranks 1 to n in the order of the ranks there are.
+   subroutine close_gaps(rank)
+      integer, intent(inout) :: rank(:)
+      integer, allocatable :: order(:)
+      integer :: i
+      allocate (order, source=sorted_order(int(rank, i8)))
+      do i = 1, size(rank)
+         rank (order(i)) = i
+      end do
+   end subroutine close_gaps
+
+   !> Shares of a deck node's copies sum to 1 again.
+   subroutine share_anew(mesh)
+      type(mesh_t), intent(inout) :: mesh
+      integer, allocatable :: order(:)
+      integer :: first, last
+      real(wp) :: total
+      allocate (order, source=sorted_order(int(mesh%node_origin(:mesh%n_nodes), i8)))
+      first = 1
+      do while (first <= mesh%n_nodes)
+         total = 0
+         do last = first, mesh%n_nodes
+            if (mesh%node_origin(order(last)) /= mesh%node_origin(order(first))) exit
+            total = total + mesh%share(order(last))
+         end do
+         if (total > 0) mesh%share(order(first:last - 1)) = mesh%share(order(first:last - 1))/total
+         first = last
+      end do
+   end subroutine share_anew
+
+   !> Take elements out of a mesh. Nodes whose remaining elements hang together at a point only, or are now parted by a crack
+   !> that ended there, are parted (operation 3; theory: section 7). What was exposed becomes boundary.
+   subroutine remove_from_mesh(mesh, gone, map, changes, exposed)
+      type(mesh_t), intent(inout) :: mesh
+      !> the element goes, (elements)
+      logical, intent(in) :: gone(:)
+      type(renumbering_t), intent(out) :: map
+      !> copies of parted nodes
+      type(changes_t), intent(inout) :: changes
+      !> nodes that lost elements, or what lay across a crack, in the order of the output; copies come last, in new numbers
+      integer, allocatable, intent(out) :: exposed(:)
+      integer, allocatable :: order(:), first(:), corner_list(:), around(:)
+      integer :: i, n, n_copies
+      call plan_removal(mesh, gone, map)
+      exposed = pack(map%node, touched(mesh, gone, map))
+      call renumber_mesh(mesh, map)
+      allocate (order, source=sorted_order(int(mesh%node_rank(exposed), i8)))
+      exposed = exposed(order)
+      call list_elements(mesh, first, corner_list)
+      call changes%clear()
+      do i = 1, size(exposed)
+         n = exposed(i)
+         around = corner_list(first(n):first(n + 1) - 1)
+         if (mesh%hinge(n)) then
+            mesh%hinge(n) = .not. is_one_fan(mesh, n, size(around))
+         else
+            call part_fans(mesh, n, around, changes, n_copies)
+         end if
+      end do
+      if (changes%n_nodes > 0) exposed = [exposed, changes%node(:changes%n_nodes)]
+   end subroutine remove_from_mesh
+
+   !> Nodes of elements that go, and of their neighbours, which may face them across a crack only.
+   function touched(mesh, gone, map) result(is_touched)
+      type(mesh_t), intent(in) :: mesh
+      logical, intent(in) :: gone(:)
+      type(renumbering_t), intent(in) :: map
+      logical, allocatable :: is_touched(:)
+      integer :: e, k
+      allocate (is_touched(mesh%n_nodes))
+      is_touched = .false.
+      do e = 1, mesh%n_elements
+         if (.not. gone(e)) cycle
+         is_touched(mesh%connectivity(:, e)) = .true.
+         do k = 1, 3
+            if (mesh%segment(k, e) > 0) is_touched(mesh%connectivity(:, mesh%neighbour(k, e))) = .true.
+         end do
+      end do
+      is_touched = is_touched .and. map%node > 0
+   end function touched
+
+   !> Elements of each node: corner_list(first(n):first(n + 1) - 1).
+   subroutine list_elements(mesh, first, corner_list)
+      type(mesh_t), intent(in) :: mesh
+      integer, allocatable, intent(out) :: first(:), corner_list(:)
+      integer, allocatable :: fill(:)
+      integer :: e, k, n
+      allocate (first(mesh%n_nodes + 1), corner_list(3*mesh%n_elements))
+      allocate (fill(mesh%n_nodes), source=0)
+      do e = 1, mesh%n_elements
+         fill(mesh%connectivity(:, e)) = fill(mesh%connectivity(:, e)) + 1
+      end do
+      first(1) = 1
+      do n = 1, mesh%n_nodes
+         first(n + 1) = first(n) + fill(n)
+         fill(n) = first(n)
+      end do
+      do e = 1, mesh%n_elements
+         do k = 1, 3
+            n = mesh%connectivity(k, e)
+            corner_list(fill(n)) = e
+            fill(n) = fill(n) + 1
+         end do
+      end do
+   end subroutine list_elements
+
+   subroutine carry_real_1(array, from)
+      real(wp), allocatable, intent(inout) :: array(:)
+      !> old place of each new entity
+      integer, intent(in) :: from(:)
+      if (allocated(array)) array = array(from)
+   end subroutine carry_real_1
+
+   subroutine carry_real_2(array, from)
+      real(wp), allocatable, intent(inout) :: array(:, :)
+      integer, intent(in) :: from(:)
+      if (allocated(array)) array = array(:, from)
+   end subroutine carry_real_2
+
+   subroutine carry_integer_1(array, from)
+      integer, allocatable, intent(inout) :: array(:)
+      integer, intent(in) :: from(:)
+      if (allocated(array)) array = array(from)
+   end subroutine carry_integer_1
+
+   subroutine carry_integer_2(array, from)
+      integer, allocatable, intent(inout) :: array(:, :)
+      integer, intent(in) :: from(:)
+      if (allocated(array)) array = array(:, from)
+   end subroutine carry_integer_2
+
+   subroutine carry_small_1(array, from)
+      integer(i1), allocatable, intent(inout) :: array(:)
+      integer, intent(in) :: from(:)
+      if (allocated(array)) array = array(from)
+   end subroutine carry_small_1
+
+   subroutine carry_long_2(array, from)
+      integer(i8), allocatable, intent(inout) :: array(:, :)
+      integer, intent(in) :: from(:)
+      if (allocated(array)) array = array(:, from)
+   end subroutine carry_long_2
+
+   subroutine carry_logical_1(array, from)
+      logical, allocatable, intent(inout) :: array(:)
+      integer, intent(in) :: from(:)
+      if (allocated(array)) array = array(from)
+   end subroutine carry_logical_1
+
+end module rf_renumber
