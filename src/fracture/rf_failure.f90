@@ -163,6 +163,7 @@ contains
       integer, intent(in) :: exposed(:)
       call carry(self%no_split_node, map%node_from)
       call carry(self%exhausted, map%node_from)
+      call carry(self%stale, map%node_from)
       call carry(self%stress, map%node_from)
       call carry(self%utilisation, map%node_from)
       call carry(self%deciding_material, map%node_from)
