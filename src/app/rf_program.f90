@@ -152,7 +152,8 @@ contains
       call fill_provenance(deck, manual, simulation)
       if (.not. allocated(error)) call simulation%model%prepare()
       if (.not. allocated(error)) &
-         call simulation%recorder%create(prefix, title, requests, any(simulation%fracture%on), error)
+         call simulation%recorder%create(prefix, title, requests, any(simulation%fracture%on), simulation%model%dynamics%wanted, &
+                                        error)
       if (.not. allocated(error)) then
          call simulation%run()
          if (simulation%status == exit_not_written) then
