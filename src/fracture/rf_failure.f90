@@ -507,21 +507,24 @@ contains
    end subroutine rays_of
 
    !> The tips that an event made remember where its ray was going.
-   subroutine aim(self, mesh, event, direction)
+   subroutine aim(self, mesh, event, start, direction)
       class(failure_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       integer, intent(in) :: event
-      !> of the ray, unit vector
-      real(wp), intent(in) :: direction(2)
+      !> where the ray began [length]; its direction, unit vector
+      real(wp), intent(in) :: start(2), direction(2)
       integer :: s, i, nodes(2, 2)
-      real(wp) :: outward(2)
+      real(wp) :: chord(2)
       do s = mesh%n_segments, 1, -1
          if (mesh%segment_event(s) /= event) cycle
          nodes = side_nodes(mesh, s)
          do i = 1, 2
             if (nodes(i, 1) /= nodes(i, 2)) cycle
-            outward = mesh%x(:, nodes(i, 1)) - mesh%x(:, nodes(3 - i, 1))
-            self%tip_direction(:, nodes(i, 1)) = sign(1.0_wp, dot_product(outward, direction))*direction
+            ! half of it the way that the crack took, else the turns would add up on a path that does not follow them
+            chord = mesh%x(:, nodes(i, 1)) - start
+            if (.not. dot_product(chord, direction) > 0) cycle
+            chord = chord/norm2(chord) + direction
+            self%tip_direction(:, nodes(i, 1)) = chord/norm2(chord)
          end do
       end do
    end subroutine aim

@@ -152,7 +152,7 @@ contains
       call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
       call self%failure%adopt(self%mesh, self%material, self%changes)
       call self%failure%shield(self%mesh, self%contact%bonds())
-      call self%failure%aim(self%mesh, self%events, plan%direction)
+      call self%failure%aim(self%mesh, self%events, self%mesh%x(:, plan%node), plan%direction)
       call self%watch%stop()
       if (checked_build) call self%check()
    end subroutine split

@@ -36,7 +36,7 @@ GEOMETRY = """
 Point(1) = {{0, 0, 0}}; Point(2) = {{1000, 0, 0}}; Point(3) = {{2000, 0, 0}}; Point(4) = {{2000, 200, 0}};
 Point(5) = {{1000, 200, 0}}; Point(6) = {{0, 200, 0}}; Point(7) = {{1000, 100, 0}};
 Line(1) = {{1, 2}}; Line(2) = {{2, 3}}; Line(3) = {{3, 4}}; Line(4) = {{4, 5}}; Line(5) = {{5, 6}}; Line(6) = {{6, 1}};
-Line(7) = {{2, 7}}; Line Loop(1) = {{1, 2, 3, 4, 5, 6}}; Plane Surface(1) = {{1}}; Line {{7}} In Surface {{1}};
+Line(7) = {{2, 7}}; Line(8) = {{7, 5}}; Line Loop(1) = {{1, 2, 3, 4, 5, 6}}; Plane Surface(1) = {{1}}; Line {{7, 8}} In Surface {{1}};
 Field[1] = Box; Field[1].VIn = {h}; Field[1].VOut = 40; Field[1].Thickness = 250;
 Field[1].XMin = 975; Field[1].XMax = 1025; Field[1].YMin = 90; Field[1].YMax = 200; Background Field = 1;
 Mesh.CharacteristicLengthExtendFromBoundary = 0; Mesh.CharacteristicLengthFromPoints = 0; Mesh.Algorithm = 6;
