@@ -28,9 +28,6 @@ module rf_failure
    !> ratio of the stress intensities of shear and opening over that of the mean stresses round a tip: the mean of the
    !> singular field over a circle is 0.76 K_I across the crack and 0.51 K_II along it
    real(wp), parameter :: mean_ratio = 1.5_wp
-   !> smaller over larger tension from which the principal stresses ahead of a softening tip tell no direction: the mean of
-   !> the singular field has 0.67
-   real(wp), parameter :: isotropic_from = 0.5_wp
    !> utilisations closer than this tie
    real(wp), parameter :: tie = 1.0e-6_wp
    !> materials that may meet at one node
@@ -480,9 +477,9 @@ contains
       end if
    end subroutine plan_at
 
-   !> Directions that a failed node may break in. Ahead of a crack that softens the principal stresses are the same (in a
-   !> symmetric body exactly so) and point nowhere; there the crack turns by what the shear along it asks for, as at the
-   !> tip of a sharp crack (theory: eq. 30a).
+   !> Directions that a failed node may break in. Ahead of a crack that softens both principal stresses may be tensions of
+   !> about the same size, which point nowhere or along the crack's normal; there the crack turns by what the shear along
+   !> it asks for, as at the tip of a sharp crack (theory: eq. 30a).
    subroutine rays_of(self, node, ray, n_rays)
       class(failure_t), intent(in) :: self
       integer, intent(in) :: node
@@ -494,7 +491,7 @@ contains
          if (.not. self%soft_tip(node) .or. self%mode(node) /= mode_tension) return
          d = self%tip_direction(:, node)
          call principal(s, s1, s3)
-         if (.not. (norm2(d) > 0 .and. s1 < isotropic_from*s3)) return
+         if (.not. (norm2(d) > 0 .and. s1 < 0)) return
          normal = s(1)*d(2)**2 + s(2)*d(1)**2 - 2*s(3)*d(1)*d(2)
          shear = (s(2) - s(1))*d(1)*d(2) + s(3)*(d(1)**2 - d(2)**2)
          if (.not. normal > 0) return
