@@ -73,7 +73,8 @@ contains
       end if
       write (output_unit, '(a)') 'rfem '//version//' ('//commit//'), '//to_text(omp_get_max_threads())//' threads, job '//job
       if (options%action /= action_check) call list_settings(deck, manual)
-      call summarise_model(simulation, monotonic_time() - start)
+      simulation%reading_time = monotonic_time() - start
+      call summarise_model(simulation, simulation%reading_time)
       if (options%action == action_check) then
          write (output_unit, '(a)') 'checked: '//deck%name()//' is a good deck'
          return

@@ -45,6 +45,8 @@ module rf_simulation
       !> exit status, and what to tell the user if it is not 0
       integer :: status = exit_done
       character(len=:), allocatable :: message
+      !> time of reading the deck [s]
+      real(wp) :: reading_time = 0
       !> states that were taken above the tolerance; the largest utilisation that a settled state left
       integer :: not_converged = 0
       real(wp) :: largest_settled = 0

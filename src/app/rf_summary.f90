@@ -69,6 +69,10 @@ contains
          write (rate, '(es10.3)') relaxation%element_updates/max(relaxation%seconds, tiny(1.0_wp))
          write (output_unit, '(a)') 'wall time '//short(wall_time)//' s, relaxation '//short(relaxation%seconds)//' s, '// &
             trim(adjustl(rate))//' element updates per second'
+         write (output_unit, '(a)') 'time: reading '//short(simulation%reading_time)//' s, relaxation '// &
+            short(relaxation%seconds)//' s, contact '//short(relaxation%contact_watch%total)//' s, criterion '// &
+            short(model%failure%watch%total)//' s, splitting '//short(model%watch%total)//' s, output '// &
+            short(simulation%recorder%watch%total)//' s'
          write (output_unit, '(a)') 'files: '//simulation%recorder%files
          digests = digests_of(model)
          write (output_unit, '(a)') 'digest displacements='//digests(1)//' topology='//digests(2)

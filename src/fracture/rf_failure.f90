@@ -2,6 +2,7 @@
 !> from it. Reads the mesh, never changes it.
 module rf_failure
    use rf_kinds, only: wp, i1
+   use rf_clock, only: stopwatch_t
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
    use rf_renumber, only: renumbering_t, carry
@@ -49,6 +50,8 @@ module rf_failure
 
    type :: failure_t
       type(fracture_settings_t) :: settings
+      !> time of looking and planning
+      type(stopwatch_t) :: watch
       !> strength and criterion of each material
       type(strength_t), allocatable :: strength(:)
       type(criterion_item_t), allocatable :: criterion(:)
@@ -224,13 +227,14 @@ contains
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
       type(motion_t), intent(in) :: motion
+      call self%watch%start()
       call self%stress_of_elements(mesh, material, motion)
-      if (.not. self%settings%on) then
-         self%largest = 0
-         return
+      self%largest = 0
+      if (self%settings%on) then
+         call spread_largest(mesh%n_elements, mesh%n_nodes, mesh%connectivity, self%element_bound, self%screen)
+         call self%candidates(mesh, material, everywhere=.false.)
       end if
-      call spread_largest(mesh%n_elements, mesh%n_nodes, mesh%connectivity, self%element_bound, self%screen)
-      call self%candidates(mesh, material, everywhere=.false.)
+      call self%watch%stop()
    end subroutine look
 
    !> The same with the stress of every node, for output.
@@ -239,9 +243,11 @@ contains
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
       type(motion_t), intent(in) :: motion
+      call self%watch%start()
       call self%stress_of_elements(mesh, material, motion)
       call spread_largest(mesh%n_elements, mesh%n_nodes, mesh%connectivity, self%element_bound, self%screen)
       call self%candidates(mesh, material, everywhere=.true.)
+      call self%watch%stop()
    end subroutine look_everywhere
 
    !> Fit the patches and find the largest utilisations.
@@ -376,6 +382,7 @@ contains
       type(material_t), intent(in) :: material
       type(split_t), intent(out) :: split
       integer :: node
+      call self%watch%start()
       do
          node = largest_admissible(self, mesh)
          if (node == 0) exit
@@ -386,6 +393,7 @@ contains
       do node = 1, mesh%n_nodes
          if (self%may_fail(mesh, node)) self%largest = max(self%largest, self%utilisation(node))
       end do
+      call self%watch%stop()
    end subroutine plan
 
    !> The split at a node that fails, on the mesh as it is, from the stresses of the last look. split%node is 0 where the

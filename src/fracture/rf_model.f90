@@ -5,6 +5,7 @@ module rf_model
    use rf_kinds, only: wp
    use rf_grow, only: grow
    use rf_build, only: checked_build
+   use rf_clock, only: stopwatch_t
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t
    use rf_renumber, only: renumbering_t, remove_from_mesh, carry
@@ -47,6 +48,8 @@ module rf_model
       integer :: events = 0, events_tension = 0, events_shear = 0
       !> first node whose contact slipped by more than node pairs hold for (0: none)
       integer :: slip_warning_node = 0
+      !> time of splitting
+      type(stopwatch_t) :: watch
       !> what the last event changed
       type(changes_t) :: changes
       !> what no split may change
@@ -114,6 +117,7 @@ contains
       type(split_t), intent(in) :: plan
       !> part of the step that is done [-] and step time: the loads are shared anew
       real(wp), intent(in) :: fraction, time
+      call self%watch%start()
       self%mesh_changes = self%mesh_changes + 1
       self%events = self%events + 1
       call split_mesh(self%mesh, plan, self%events, self%changes)     ! the only phase in which anything grows
@@ -127,6 +131,7 @@ contains
       call self%pieces%find(self%mesh)
       call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
       call self%failure%adopt(self%mesh, self%material, self%changes)
+      call self%watch%stop()
       if (checked_build) call self%check()
    end subroutine split
 

@@ -3,6 +3,7 @@
 module rf_relaxation
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use rf_kinds, only: wp, i8
+   use rf_clock, only: stopwatch_t
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
    use rf_rows, only: rows_t
@@ -69,6 +70,8 @@ module rf_relaxation
       real(wp) :: largest_scale = 0
       !> element updates so far and the time they took [s]
       real(wp) :: element_updates = 0, seconds = 0
+      !> the part of that time that contact takes
+      type(stopwatch_t) :: contact_watch
       !> damping coefficient of VISCOUS once known [-]
       real(wp), private :: viscous = -1
       !> per node: its residual counts; its motion enters the damping; its residual is summed by the step kernel (not by
@@ -181,12 +184,14 @@ contains
                            loads%px, loads%py, rows%inverse_mass, loads%free_x, loads%free_y, self%paced, self%measured, &
                            self%keep, motion%rx, motion%ry, self%partial)
       if (contact%n_pairs == 0) return
+      call self%contact_watch%start()
       call contact_step(contact%n_groups, contact%group_pair, contact%group_node, contact%node, contact%pair_node, &
                         contact%normal, contact%normal_weight, contact%tangent_weight, contact%friction, &
                         contact%cohesive_force, contact%slip_reference, min(contact_tolerance, contact_fraction*tolerance), &
                         b, self%counted, rows%inverse_mass, loads%free_x, loads%free_y, motion%ux, motion%uy, &
                         motion%wx, motion%wy, motion%vx, motion%vy, motion%rx, motion%ry, contact%impulse, contact%force, &
                         contact%partial)
+      call self%contact_watch%stop()
    end subroutine step
 
    !> KINETIC damping: the kinetic energy fell in this step, so it peaked in the middle of the last one; start again

@@ -4,6 +4,7 @@ module rf_fields
    use rf_kinds, only: wp
    use rf_model, only: model_t
    use rf_criterion, only: principal
+   use rf_recovery, only: patch_work_t, node_stress
    implicit none
    private
    public :: field_t, point_fields, cell_fields
@@ -98,13 +99,29 @@ contains
       values(3, :n) = 0
    end subroutine fill_reaction
 
-   !> Stress out of the plane follows from those in it.
+   !> Stress out of the plane follows from those in it. Under an initial stress, what that adds is recovered at the node as the
+   !> stress in the plane is.
    subroutine fill_node_stress(model, values)
       type(model_t), intent(in) :: model
       real(wp), intent(inout) :: values(:, :)
-      integer :: n
+      type(patch_work_t) :: work
+      real(wp), allocatable :: added(:, :)
+      real(wp) :: at_node(3), strength(3)
+      integer :: n, e
       do n = 1, model%mesh%n_nodes
          values(:, n) = six(model, model%mesh%element_of(n), model%failure%stress(:, n))
+      end do
+      if (.not. model%material%initial%given) return
+      allocate (added(3, model%mesh%n_elements), source=0.0_wp)
+      do e = 1, model%mesh%n_elements
+         added(1, e) = model%material%out_of_plane(model%mesh%section(e), e, [0.0_wp, 0.0_wp, 0.0_wp])
+      end do
+      do n = 1, model%mesh%n_nodes
+         associate (section => model%material%section(model%mesh%section(model%mesh%element_of(n))))
+            call node_stress(model%mesh, model%material, added, model%failure%element_strength, n, section%material, .true., &
+                             work, at_node, strength)
+            values(3, n) = at_node(1) + section%law%out_of_plane*sum(model%failure%stress(1:2, n))
+         end associate
       end do
    end subroutine fill_node_stress
 

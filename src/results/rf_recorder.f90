@@ -11,6 +11,7 @@ module rf_recorder
    use rf_provenance, only: provenance_t
    use rf_hdf5, only: hdf5_file_t
    use rf_digest, only: digest_t
+   use rf_clock, only: stopwatch_t
    use rf_system, only: is_folder, path_exists, remove_file
    implicit none
    private
@@ -21,6 +22,8 @@ module rf_recorder
       type(provenance_t) :: provenance
       !> files written, for the closing summary
       character(len=:), allocatable :: files
+      !> time of writing
+      type(stopwatch_t) :: watch
       !> per step
       type(output_settings_t), allocatable, private :: output(:)
       type(frames_t), private :: frames
@@ -132,7 +135,9 @@ contains
       if (allocated(error)) return
       if (frame) call self%write_frame(model, position, kind, error)
       if (allocated(error) .or. kind /= frame_settled .or. position%located) return
+      call self%watch%start()
       call self%tables%write_tables(model, position, error)
+      call self%watch%stop()
    end subroutine state
 
    !> Whether a count has reached a multiple of a frequency since it was last looked at (0: never).
@@ -153,7 +158,9 @@ contains
       type(model_t), intent(in) :: model
       type(position_t), intent(in) :: position
       character(len=:), allocatable, intent(out) :: error
+      call self%watch%start()
       call self%history%row(model, position, self%file, error)
+      call self%watch%stop()
       self%row_owed = .false.
    end subroutine write_row
 
@@ -165,7 +172,9 @@ contains
       integer, intent(in) :: kind
       character(len=:), allocatable, intent(out) :: error
       call model%failure%look_everywhere(model%mesh, model%material, model%motion)
+      call self%watch%start()
       call self%frames%write_frame(model, position, kind, error)
+      call self%watch%stop()
       call model%failure%look(model%mesh, model%material, model%motion)
       self%frame_owed = .false.
    end subroutine write_frame
@@ -211,7 +220,9 @@ contains
       type(model_t), intent(in) :: model
       type(position_t), intent(in) :: position
       character(len=:), allocatable, intent(out) :: error
+      call self%watch%start()
       call self%history%write_events(model, position, self%file, error)
+      call self%watch%stop()
    end subroutine write_events
 
    !> Sum of the reactions of a monitor [force]; the first one for an empty name.
@@ -239,6 +250,7 @@ contains
       character(len=:), allocatable, intent(out) :: error
       logical :: row_written
       call self%complete(model, position, row_written, error)
+      call self%watch%start()
       if (.not. allocated(error)) call self%history%close(error)
       if (.not. allocated(error)) call self%file%end_swmr(error)
       if (.not. allocated(error)) &
@@ -246,6 +258,7 @@ contains
       if (.not. allocated(error)) call self%file%close(error)
       if (.not. allocated(error)) call self%frames%close(error)
       if (.not. allocated(error)) call self%tables%close(error)
+      call self%watch%stop()
    end subroutine finish
 
    !> Close and delete all files of this run.

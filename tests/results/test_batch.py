@@ -1,0 +1,154 @@
+"""The scripts of docs/batch in a plain shell that plays the scheduler, and the table of what they leave."""
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+import rfem_collect
+from rfem_run import BEAM, PROGRAM, SOURCE, edited
+
+BATCH = SOURCE / "docs" / "batch"
+SWEEP = "job,H,SIGMA_T\nt30,8,3.0\nt45,8,4.5\nwrong,8,-1\nt60,8,6.0\nnever,8,7\n"
+
+
+def environment(folder, **more):
+    return {
+        **os.environ,
+        "RFEM": PROGRAM,
+        "RFEM_RECOVER": f"{sys.executable} {SOURCE}/postproc/rfem_recover.py",
+        "TMPDIR": str(folder),
+        "OMP_NUM_THREADS": "1",
+        **more,
+    }
+
+
+@pytest.fixture(scope="module")
+def sweep(tmp_path_factory):
+    """An array of four jobs of a table of five, started by the SLURM and the PBS script in turn; one deck is wrong."""
+    folder = tmp_path_factory.mktemp("sweep")
+    (folder / "sweep.csv").write_text(SWEEP)
+    (folder / "scratch").mkdir()
+    for row in (1, 2, 3, 4):
+        shell, variables = (
+            (
+                "sweep.slurm",
+                {"SLURM_ARRAY_TASK_ID": str(row), "SLURM_CPUS_PER_TASK": "1", "SLURM_SUBMIT_DIR": str(SOURCE)},
+            )
+            if row % 2
+            else ("sweep.pbs", {"PBS_ARRAY_INDEX": str(row), "NCPUS": "1", "PBS_O_WORKDIR": str(SOURCE)})
+        )
+        variables |= {"DECK": str(BEAM), "SWEEP": str(folder / "sweep.csv"), "RESULTS": str(folder / "results")}
+        done = subprocess.run(
+            [BATCH / shell], env=environment(folder / "scratch", **variables), cwd=folder, timeout=300, check=False
+        )
+        assert done.returncode == (2 if row == 3 else 0)
+    return folder
+
+
+def test_what_each_job_leaves(sweep):
+    results = sweep / "results"
+    assert not os.listdir(sweep / "scratch"), "the scratch folder is gone"
+    for job in ("t30", "t45", "t60"):
+        assert (results / f"{job}.exit").read_text() == "0\n"
+        assert f"job {job}" in (results / f"{job}.log").read_text()
+        assert (results / f"{job}.vtkhdf").exists()
+    assert sorted(path.name for path in results.glob("wrong*")) == ["wrong.err", "wrong.exit", "wrong.log"]
+    assert "rfem: error:" in (results / "wrong.err").read_text()
+
+
+def test_the_table(sweep, capsys):
+    table = sweep / "table.csv"
+    figure = sweep / "figure.png"
+    arguments = [sweep / "results", "--sweep", sweep / "sweep.csv", "--output", table]
+    arguments += ["--plot", "SIGMA_T", "LOAD_peak", "--by", "H", "--figure", figure]
+    assert rfem_collect.main([str(argument) for argument in arguments]) == 1, "some are not done"
+    said = capsys.readouterr().err
+    assert "5 jobs, 3 done" in said and "failed: wrong (exit status 2)" in said and "missing: never" in said
+    with table.open(newline="") as file:
+        rows = {row["job"]: row for row in csv.DictReader(file)}
+    assert list(rows) == ["t30", "t45", "wrong", "t60", "never"], "in the order of the sweep, none dropped"
+    assert [row["state"] for row in rows.values()] == ["done", "done", "failed", "done", "missing"]
+    assert [float(row["SIGMA_T"]) for row in rows.values()] == [3.0, 4.5, -1.0, 6.0, 7.0]
+    assert {row["U_TOTAL"] for row in rows.values() if row["state"] == "done"} == {"-0.06"}, (
+        "parameters of the deck too"
+    )
+    peaks = [float(rows[job]["LOAD_peak"]) for job in ("t30", "t45", "t60")]
+    assert peaks[1] == pytest.approx(107.132, rel=1e-3)
+    assert peaks[0] == pytest.approx(peaks[1] * 3.0 / 4.5, rel=2e-3), "elastic up to the first crack"
+    assert rows["t45"]["events"] == "5" and rows["t45"]["first_event_mode"] == "tension"
+    assert figure.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_time_limit(tmp_path):
+    """SIGTERM to the script, as the scheduler sends it: results come home and are ordinary files."""
+    deck = edited(BEAM, tmp_path, ("FIELD, FREQUENCY=10", "FIELD, FREQUENCY=1"))
+    (tmp_path / "sweep.csv").write_text("job,H\nlong,4\n")
+    script = subprocess.Popen(
+        [BATCH / "run_row.sh", deck, tmp_path / "sweep.csv", "1", tmp_path / "results"],
+        env=environment(tmp_path),
+        cwd=tmp_path,
+    )
+    for _ in range(600):
+        if list(tmp_path.glob("rfem_long_*/long_cracks.vtkhdf")) or script.poll() is not None:
+            break
+        time.sleep(0.1)
+    time.sleep(0.5)
+    script.send_signal(signal.SIGTERM)
+    assert script.wait(timeout=60) not in (0, -signal.SIGTERM), "the script lives on until the results are at home"
+    results = tmp_path / "results"
+    status = int((results / "long.exit").read_text())
+    assert status in (4, 128 + signal.SIGTERM) and not list(tmp_path.glob("rfem_long_*"))
+    (row,) = rfem_collect.collect([results])
+    assert row["state"] == "unfinished" and row["exit_status"] == status
+    with rfem_collect.Results(results, "long") as found:
+        if row.get("rows", 0) > 1:
+            assert len(found.frames) > 0 and not found.unfinished, "repaired"
+
+
+def test_rows_that_are_not_there(tmp_path):
+    (tmp_path / "sweep.csv").write_text("job,H\na,8\n")
+    for content, row in (("job,H\na,8\n", "2"), ("name,H\na,8\n", "1"), ("job,H\na\n", "1")):
+        (tmp_path / "sweep.csv").write_text(content)
+        done = subprocess.run(
+            [BATCH / "run_row.sh", BEAM, tmp_path / "sweep.csv", row, tmp_path / "results"],
+            env=environment(tmp_path), capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert done.returncode == 2 and "sweep.csv" in done.stderr
+    assert not (tmp_path / "results").exists()
+
+
+def test_the_shipped_sweep(tmp_path):
+    """Every row of docs/batch/sweep.csv has the parameters of its deck."""
+    for row in rfem_collect.read_sweep(BATCH / "sweep.csv"):
+        settings = [f"--set={name}={value}" for name, value in row.items() if name != "job"]
+        settings = [word for setting in settings for word in setting.split("=", 1)]
+        done = subprocess.run([PROGRAM, BEAM, "--check", *settings], capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+
+
+def test_wrong_usage(tmp_path, capsys):
+    assert rfem_collect.main([str(tmp_path)]) == 2
+    assert "no results of rfem" in capsys.readouterr().err
+    assert rfem_collect.main([str(tmp_path / "nothing")]) == 2
+    assert rfem_collect.main([str(tmp_path), "--by", "H"]) == 2
+    wrong = tmp_path / "wrong.csv"
+    for content, words in (
+        ("H,job\n1,a\n", "first column"),
+        ("job,H\na\n", ":2:"),
+        ("job,H\na,1\na,2\n", "a is there twice"),
+    ):
+        wrong.write_text(content)
+        with pytest.raises(rfem_collect.ResultsError, match=words):
+            rfem_collect.read_sweep(wrong)
+
+
+def test_columns_that_cannot_be_drawn():
+    rows = [{"job": "a", "state": "done", "H": 8, "mode": "tension"}, {"job": "b", "state": "missing", "H": 4}]
+    with pytest.raises(rfem_collect.ResultsError, match="no column Hh; did you mean H"):
+        rfem_collect.sweep_figure(rows, "Hh", "H")
+    with pytest.raises(rfem_collect.ResultsError, match="mode has no numbers"):
+        rfem_collect.sweep_figure(rows, "H", "mode")
