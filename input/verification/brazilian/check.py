@@ -1,7 +1,8 @@
 """Brazilian disc: force, place and mode of the first failure, and the crack."""
 
-import mesh
 import numpy as np
+
+import mesh
 
 TITLE = "Brazilian disc"
 SECTION = "strength"
@@ -107,6 +108,6 @@ def draw(case, run, ends):
     axes[1].set(xlabel="r/R on the loaded diameter", ylabel="utilisation (Hondros), 366 kN/m", ylim=(0, 1.1))
     axes[1].legend(fontsize=6, loc="lower left")
     figure.tight_layout()
-    caption = """Crack of the Brazilian disc with CUTOFF (48 rings, 40 events at the load of the first; red: where it began),
+    caption = """Crack of the Brazilian disc with CUTOFF (48 rings, 40 events at the load of the first; red: its start),
         and both branches of the criterion along the loaded diameter by the closed form at 366 kN/m."""
     case.figure("disc", figure, caption)

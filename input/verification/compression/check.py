@@ -65,6 +65,7 @@ def draw(case, peaks):
     axes[0].legend(fontsize=7)
     figure.tight_layout()
     caption = """Strength in = out: macroscopic strengths as put in against those computed on specimens, without
-        calibration. Grey: 1 % (the Brazilian disc is judged by 3 %). The specimens in compression and tension have one triangle
-        that is half a per cent weaker; the Brazilian disc's strength is the tension at its centre by Hondros's formula."""
+        calibration. Grey: 1 % (the Brazilian disc is judged by 3 %). The specimens in compression and tension
+        have one triangle that is half a per cent weaker; the Brazilian disc's strength is the tension at its centre
+        by Hondros's formula."""
     case.figure("strengths", figure, caption)

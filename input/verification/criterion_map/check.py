@@ -1,14 +1,15 @@
 """Where, in which branch and in which direction one triangle fails, for all principal states and directions."""
 
-import mesh
 import numpy as np
+
+import mesh
 
 TITLE = "Failure criterion: all states, all directions"
 SECTION = "strength"
 
 
 def matched(events):
-    """(body, row of its only event) of every body; a body without one, or with two, is left out and shows in the count."""
+    """(body, row of its only event) of every body; one without event, or with two, shows in their count."""
     rows = {}
     for row in range(len(events["event"])):
         corner = mesh.SPACING * np.floor(np.array([events["x"][row], events["y"][row]]) / mesh.SPACING + 1e-9)

@@ -1,8 +1,9 @@
-"""Writes criterion_map_bodies.inp: hundreds of bodies of one triangle each, every one with a stress state of its own.
+"""Writes criterion_map_bodies.inp: hundreds of bodies of one triangle, every one with a stress state of its own.
 
-A state is a polar angle a in the plane of the principal stresses, (s1, s3) = r (cos a, sin a), compression positive, and a
-direction of the s1 axis. All nodes of a body are prescribed: displacements grow linearly, so its stress goes along its ray
-from the origin, and reaches the envelope at a load factor of its own, (k - 1/2)/N for body k of N. The order is shuffled.
+A state is a polar angle a in the plane of the principal stresses, (s1, s3) = r (cos a, sin a), compression positive,
+and a direction of the s1 axis. All nodes of a body are prescribed: displacements grow linearly, so its stress goes
+along its ray from the origin, and reaches the envelope at a load factor of its own, (k - 1/2)/N for body k of N. The
+order is shuffled.
 """
 
 from pathlib import Path

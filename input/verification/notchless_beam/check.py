@@ -35,9 +35,10 @@ def check(case):
         ends = segments(run)
         top = ends[:, :, 1].max()
         length = np.hypot(*(ends[:, 0] - ends[:, 1]).T).sum()
+        left = abs(run.history["LOAD_rf2"][-1])
         case.note(
-            f"h = {h}: {len(run.events['event'])} events, crack to {top / HEIGHT:.0%} of the height, its length over that "
-            f"height {length / top:.3f}; the load falls from {peaks[h]:.1f} to {abs(run.history['LOAD_rf2'][-1]):.1f} N."
+            f"h = {h}: {len(run.events['event'])} events, crack to {top / HEIGHT:.0%} of the height, its length over "
+            f"that height {length / top:.3f}; the load falls from {peaks[h]:.1f} to {left:.1f} N."
         )
     draw(case, runs)
 

@@ -39,8 +39,8 @@ def check(case):
     rms = np.sqrt(np.mean(np.square(errors)))
     case.at_most("48 paths: rms angle between path and direction", rms, 5.5, kind="own", unit="degrees")
     case.note(
-        f"Mean {np.mean(errors):.2f} degrees, largest {np.abs(errors).max():.1f} degrees; {inside} of {len(errors)} paths end "
-        "inside the body, where no admissible split is left."
+        f"Mean {np.mean(errors):.2f} degrees, largest {np.abs(errors).max():.1f} degrees; {inside} of {len(errors)} "
+        "paths end inside the body, where no admissible split is left."
     )
     draw(case, drawn)
 
