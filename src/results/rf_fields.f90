@@ -10,7 +10,7 @@ module rf_fields
    public :: field_t, point_fields, cell_fields
 
    !> when a field is in the file
-   integer, parameter, public :: always = 1, with_fracture = 2
+   integer, parameter, public :: always = 1, with_fracture = 2, with_dynamics = 3
 
    type :: field_t
       character(len=:), allocatable :: name
@@ -37,7 +37,7 @@ contains
    !> Fields at the nodes.
    subroutine point_fields(fields)
       type(field_t), allocatable, intent(out) :: fields(:)
-      allocate (fields(8))
+      allocate (fields(9))
       call describe(fields(1), 'displacement', 3, 'length', 'along x, y, z', fill_displacement)
       fields(1)%double = .true.
       call describe(fields(2), 'reaction', 3, 'force', 'of the support on the body, at supported directions', fill_reaction)
@@ -50,6 +50,8 @@ contains
       call describe(fields(7), 'node_id', 1, '-', 'the deck''s id; new nodes count on', fill_node_id)
       call describe(fields(8), 'node_origin', 1, '-', 'deck id of the node it is a copy of; 0: a midpoint', fill_node_origin)
       fields(7:8)%whole = .true.
+      call describe(fields(9), 'velocity', 3, 'length/time', 'along x, y, z; zero in static steps', fill_velocity)
+      fields(9)%present_when = with_dynamics
    end subroutine point_fields
 
    !> Fields in the elements.
@@ -89,6 +91,15 @@ contains
       values(2, :n) = model%motion%uy(:n)
       values(3, :n) = 0
    end subroutine fill_displacement
+
+   subroutine fill_velocity(model, values)
+      type(model_t), intent(in) :: model
+      real(wp), intent(inout) :: values(:, :)
+      integer :: n
+      n = model%mesh%n_nodes
+      values(1:2, :n) = model%dynamics%velocity(:, :n)
+      values(3, :n) = 0
+   end subroutine fill_velocity
 
    subroutine fill_reaction(model, values)
       type(model_t), intent(in) :: model
