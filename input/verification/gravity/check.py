@@ -30,6 +30,7 @@ def check(case):
     draw(case, frame)
     for ratio in (1 / 3, 0.6, 1.5):
         in_place(case, ratio)
+    fault(case)
 
 
 def field(case, what, frame, ratio):
@@ -52,6 +53,20 @@ def in_place(case, ratio):
     push = -ratio * WEIGHT * HEIGHT**2 / 2
     case.value(f"reaction of a side, {name}", history["SIDE_rf1"][-1], push, 1e-6, kind="exact", unit="N")
     field(case, f"node stresses, {name}", frame, ratio)
+
+
+def fault(case):
+    """A fault through the column in place: its faces press against each other and stick, nothing moves."""
+    crack = "*CRACK, NAME=FAULT\n2., -15.\n8., -7.\n*BOUNDARY"
+    result = case.run(case.edited("in_place.inp", ("*BOUNDARY", crack), name="fault.inp"))
+    history, frame = result.history, result.frames[-1]
+    case.at_most("unbalanced ratio, with a fault", history["residual"][-1], 1e-8, kind="exact")
+    moved = np.abs(frame.displacement).max() / (HEIGHT * 510120.0 / 27.4e9)
+    case.at_most("largest displacement / (largest strain x height), with a fault", moved, 1e-8, kind="exact")
+    case.equal(
+        "pairs of the fault that open or slip", int(history["contacts_open"][-1] + history["contacts_slip"][-1]), 0
+    )
+    case.at_least("pairs of the fault that stick", history["contacts_stick"][-1], 5, kind="exact")
 
 
 def draw(case, frame):
