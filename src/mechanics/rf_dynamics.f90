@@ -549,6 +549,7 @@ contains
       energy%damping = energy%damping + energy%kinetic + (energy%softening - contact%cohesive%work())
       energy%softening = contact%cohesive%work()
       energy%kinetic = 0
+      energy%falls = .true.
       self%velocity = 0
    end subroutine end_step
 
