@@ -16,7 +16,7 @@ module rf_case
    use rf_removal_input, only: read_removals
    use rf_support_check, only: check_supports
    use rf_output_input, only: output_requests_t, read_output, check_stop_drop
-   use rf_step_input, only: read_steps, read_job, refuse_dynamic_softening, declare_others
+   use rf_step_input, only: read_steps, read_job, declare_others
    use rf_dynamic_input, only: check_dynamics
    use rf_simulation, only: simulation_t
    use rf_text, only: to_text
@@ -48,7 +48,6 @@ contains
          call model%failure%prepare(model%mesh, model%material)
          call read_no_split(deck, mesh_input, model%mesh, model%failure, diagnostics)
          call read_steps(deck, simulation%steps, diagnostics)
-         call refuse_dynamic_softening(deck, simulation%steps)
          call check_dynamics(deck, simulation%steps, model%mesh, model%material, diagnostics)
          model%dynamics%wanted = any(simulation%steps%dynamic)
          call read_relaxation(deck, simulation%relaxation)

@@ -7,7 +7,7 @@ module rf_step_input
    use rf_text, only: to_text
    implicit none
    private
-   public :: step_t, read_steps, read_job, refuse_dynamic_softening, declare_others
+   public :: step_t, read_steps, read_job, declare_others
 
    !> total/first must be whole to this part of itself (deck.md)
    real(wp), parameter :: whole_to = 1.0e-3_wp
@@ -165,18 +165,6 @@ contains
          if (.not. static(card%step)) call card%keyword_error('the step has neither *STATIC nor *DYNAMIC')
       end do
    end subroutine report_missing
-
-   !> Cohesion is part of equilibria; the ledger of dynamic steps does not know it.
-   subroutine refuse_dynamic_softening(deck, steps)
-      type(deck_t), intent(inout) :: deck
-      type(step_t), intent(in) :: steps(:)
-      type(card_t) :: card
-      if (deck%describing() .or. .not. any(steps%dynamic)) return
-      call deck%open(card, 'SOFTENING', where=in_model)
-      do while (deck%next(card))
-         call card%keyword_error('*SOFTENING is not available in a deck with *DYNAMIC in this version')
-      end do
-   end subroutine refuse_dynamic_softening
 
    !> Name of the job that *JOB gives; empty if it gives none.
    subroutine read_job(deck, name)

@@ -59,7 +59,7 @@ module rf_model
       !> what no split may change
       type(baseline_t), private :: baseline
    contains
-      procedure :: prepare, equilibrate, accept, split, remove, watch_slip
+      procedure :: prepare, equilibrate, accept, split, remove, watch_slip, watch_softening
       procedure, private :: check, follow_parted
    end type model_t
 
@@ -99,16 +99,11 @@ contains
       !> it is the first equilibrium after a split
       logical, intent(in) :: at_event
       real(wp) :: friction_work
-      integer :: i, p
       call self%contact%settle(self%motion, self%relaxation%b, friction_work)
       call self%energy%accept(self%loads, self%motion, self%reaction, friction_work, self%contact%cohesive%work(), &
                               self%mesh%n_nodes, at_event)
-      call self%failure%shield(self%mesh, self%contact%bonds())
-      do i = 1, 2
-         p = self%contact%cohesive%steep(i)
-         if (self%steep_warning_node(i) == 0 .and. p > 0) self%steep_warning_node(i) = self%contact%pair(1, p)
-      end do
       call self%watch_slip()
+      call self%watch_softening()
    end subroutine accept
 
    !> Remember the first node whose contact slipped too far.
@@ -116,6 +111,17 @@ contains
       class(model_t), intent(inout) :: self
       if (self%slip_warning_node == 0) self%slip_warning_node = far_slipped_node(self)
    end subroutine watch_slip
+
+   !> Remember the first node of each mode at which softening was too steep for the mesh.
+   subroutine watch_softening(self)
+      class(model_t), intent(inout) :: self
+      integer :: i, p
+      do i = 1, 2
+         p = self%contact%cohesive%steep(i)
+         if (self%steep_warning_node(i) == 0 .and. p > 0) self%steep_warning_node(i) = self%contact%pair(1, p)
+      end do
+      call self%failure%shield(self%mesh, self%contact%bonds())
+   end subroutine watch_softening
 
    !> The first node whose pair is in contact and has slipped by a good part of the element size; 0 if there is none.
    integer function far_slipped_node(self) result(node)

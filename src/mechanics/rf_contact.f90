@@ -209,7 +209,8 @@ contains
          end if
          area = 0.5_wp*norm2(along)*material%section(e)%thickness
          self%area(p) = self%area(p) + area
-         if (crack == 0) call soften_segment(s, mesh%segment_straight(s)*area)      ! what was a crack before the run has nothing to soften
+         ! what was a crack before the run has nothing to soften
+         if (crack == 0) call soften_segment(s, mesh%segment_straight(s)*area)
       end subroutine add_segment
 
       !> A segment that softens: of two materials the smaller fracture energy and strength count; the pair gets means over

@@ -48,10 +48,10 @@ module rf_loads
       !> direction of gravity [-]
       real(wp) :: direction(2) = 0
       integer :: amplitude = 0
-      !> pressure in a crack enters what breaks from it
-      logical :: follow = .false.
       !> the value of a support is a velocity [length/time]
       logical :: is_velocity = .false.
+      !> pressure in a crack enters what breaks from it
+      logical :: follow = .false.
    end type load_definition_t
 
    !> The nodal force of one definition on one node and direction.
@@ -543,6 +543,12 @@ contains
       self%py(:mesh%n_nodes) = self%py(:mesh%n_nodes) - self%initial(2, :mesh%n_nodes)
    end subroutine gather
 
+   !> Whether applied forces change with time when values without amplitude apply at once.
+   pure logical function forces_vary(self)
+      class(loads_t), intent(in) :: self
+      forces_vary = any(self%ramp(:self%n_acting)%amplitude > 0) .or. any(self%force(:self%n_forces)%ramp%amplitude > 0)
+   end function forces_vary
+
    !> Pressure in cracks, on the faces that they have now.
    subroutine add_crack_pressures(self, mesh, material)
       class(loads_t), intent(inout) :: self
@@ -556,12 +562,6 @@ contains
          call press_segments(mesh, material, pressed, self%ramp(d)%now, self%px, self%py)
       end do
    end subroutine add_crack_pressures
-
-   !> Whether applied forces change with time when values without amplitude apply at once.
-   pure logical function forces_vary(self)
-      class(loads_t), intent(in) :: self
-      forces_vary = any(self%ramp(:self%n_acting)%amplitude > 0) .or. any(self%force(:self%n_forces)%ramp%amplitude > 0)
-   end function forces_vary
 
    subroutine add_nodal_forces(self)
       class(loads_t), intent(inout) :: self
