@@ -1,4 +1,4 @@
-"""A block on an inclined plane: equilibrium below the angle of friction, a mechanism above it, and how fast it slides."""
+"""A block on an inclined plane: equilibrium below the angle of friction, a mechanism above it; how fast it slides."""
 
 import numpy as np
 
@@ -16,8 +16,8 @@ def check(case):
     curves = {angle: sliding(case, angle) for angle in (35, 40)}
     draw(case, curves)
     case.note(
-        "The static decks have a soft rock (10 MPa; displacements go with 1/E): whether a block that finds no rest is a "
-        "mechanism shows in how far it has moved, more than 0.2 of the element size, when MAX ITERATIONS is reached. With "
+        "The static decks have a soft rock (10 MPa; displacements go with 1/E): that a block that finds no rest is a "
+        "mechanism shows in its movement, more than 0.2 of the element size, when MAX ITERATIONS is reached. With "
         "27.4 GPa it has moved 4 micrometres by then, and the run fails with exit status 1 (not converged)."
     )
 
