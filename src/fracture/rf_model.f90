@@ -128,7 +128,7 @@ contains
       call self%loads%apply(self%mesh, self%material, fraction, time)
       call self%rows%update(self%mesh, self%material, self%changes)
       call self%contact%rebuild(self%mesh, self%material, self%motion, self%changes)
-      call self%pieces%find(self%mesh)
+      call self%pieces%follow(self%mesh, self%changes)
       call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
       call self%failure%adopt(self%mesh, self%material, self%changes)
       call self%watch%stop()

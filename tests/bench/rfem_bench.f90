@@ -265,7 +265,7 @@ contains
       t(6) = monotonic_time()
       call model%contact%rebuild(model%mesh, model%material, model%motion, model%changes)
       t(7) = monotonic_time()
-      call model%pieces%find(model%mesh)
+      call model%pieces%follow(model%mesh, model%changes)
       t(8) = monotonic_time()
       call model%energy%adopt(model%changes, model%loads, model%mesh%n_nodes)
       t(9) = monotonic_time()
