@@ -6,7 +6,7 @@ module rf_crack_fit
    use rf_sort, only: sorted_order
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t, bisect_edge, elements_around, corner_of, next_corner, previous_corner
-   use rf_crack_line, only: line_margin
+   use rf_crack_line, only: line_margin, is_beside
    use rf_fit_freedom, only: freedom_t, fixed, along_line, free, fan_angle, smallest_angle_of, edge_length, side_of
    implicit none
    private
@@ -35,9 +35,11 @@ module rf_crack_fit
       real(wp) :: largest_move = 0
       !> smallest angle of the triangles near the cracks [rad]
       real(wp) :: smallest_angle = pi
+      !> elements of the deck in the order of the output
+      integer, allocatable, private :: order(:)
    contains
       procedure :: begin, fit_line, finish
-      procedure, private :: embed_point, embed_on_border, embed_inside, move_nodes, move_to, cut_edges, smooth, is_near
+      procedure, private :: embed_point, embed_on_border, embed_inside, move_nodes, move_to, cut_edges, smooth, near_nodes
    end type fit_t
 
 contains
@@ -47,6 +49,7 @@ contains
       class(fit_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       self%freedom%margin = line_margin*mesh%size
+      self%order = sorted_order(int(mesh%element_rank(:mesh%n_elements), i8))
    end subroutine begin
 
    !> Fit the mesh to a straight line: what of it lies in the body becomes a row of edges.
@@ -69,17 +72,20 @@ contains
       type(mesh_t), intent(inout) :: mesh
       !> the lines from this one on were fitted
       integer, intent(in) :: first_line
-      integer :: pass, e, k
+      logical, allocatable :: near(:)
+      integer, allocatable :: node(:)
+      integer :: pass, e, i
+      allocate (near, source=self%near_nodes(mesh, first_line))
+      node = pack([(i, i=1, mesh%n_nodes)], near)
+      node = node(sorted_order(int(mesh%node_rank(node), i8)))
       if (self%moved + self%cut > 0) then
          do pass = 1, smoothing_passes
-            call self%smooth(mesh, first_line)
+            call self%smooth(mesh, node)
          end do
       end if
       do e = 1, mesh%n_elements
-         do k = 1, 3
-            if (.not. self%is_near(mesh, mesh%connectivity(k, e), first_line)) cycle
+         if (any(near(mesh%connectivity(:, e)))) &
             self%smallest_angle = min(self%smallest_angle, smallest_angle_of(mesh%x(:, mesh%connectivity(:, e))))
-         end do
       end do
       mesh%split_level(:mesh%n_elements) = 0_i1      ! the run starts with this mesh
    end subroutine finish
@@ -94,7 +100,7 @@ contains
       integer :: n, e, element, k, how
       real(wp) :: least, inside, direction(2)
       do n = 1, mesh%n_nodes
-         if (norm2(mesh%x(:, n) - point) > self%freedom%margin) cycle
+         if (maxval(abs(mesh%x(:, n) - point)) > self%freedom%margin) cycle
          call self%freedom%of_node(mesh, n, how, direction)
          if (how == free) mesh%x(:, n) = point
          call self%freedom%pin(n)
@@ -103,6 +109,7 @@ contains
       element = 0
       inside = -self%freedom%margin
       do e = 1, mesh%n_elements
+         if (is_beside(mesh, e, point - self%freedom%margin, point + self%freedom%margin)) cycle
          least = huge(1.0_wp)
          do k = 1, 3
             least = min(least, side_of(point, mesh%x(:, mesh%connectivity(k, e)), mesh%x(:, mesh%connectivity(next_corner(k), e))))
@@ -320,15 +327,16 @@ contains
       type(mesh_t), intent(inout) :: mesh
       real(wp), intent(in) :: from(2), to(2)
       type(changes_t), intent(inout) :: changes
-      integer, allocatable :: order(:)
-      real(wp) :: place(2)
+      real(wp) :: place(2), low(2), high(2)
       integer :: i, e, k, node
-      order = sorted_order(int(mesh%element_rank(:mesh%n_elements), i8))
+      low = min(from, to)
+      high = max(from, to)
       i = 0
       do while (i < mesh%n_elements)
          i = i + 1
          e = i
-         if (i <= size(order)) e = order(i)
+         if (i <= size(self%order)) e = self%order(i)
+         if (is_beside(mesh, e, low, high)) cycle
          k = 0
          do while (k < 3)
             k = k + 1
@@ -357,37 +365,43 @@ contains
 
    end subroutine cut_edges
 
-   !> Whether a node lies near one of the lines that were fitted.
-   logical function is_near(self, mesh, node, first_line)
+   !> Which nodes lie near one of the lines that were fitted.
+   pure function near_nodes(self, mesh, first_line) result(near)
       class(fit_t), intent(in) :: self
       type(mesh_t), intent(in) :: mesh
-      integer, intent(in) :: node, first_line
-      real(wp) :: along(2), s, length
-      integer :: i
-      is_near = .false.
+      integer, intent(in) :: first_line
+      !> (nodes)
+      logical, allocatable :: near(:)
+      real(wp) :: from(2), to(2), along(2), low(2), high(2), s, distance
+      integer :: i, n
+      allocate (near(mesh%n_nodes))
+      near = .false.
+      distance = smoothing_reach*mesh%mean_edge
       do i = first_line, self%freedom%n_lines
-         associate (from => self%freedom%line(:, 2*i - 1), to => self%freedom%line(:, 2*i))
-            length = norm2(to - from)
-            along = (to - from)/length
-            s = min(max(dot_product(mesh%x(:, node) - from, along), 0.0_wp), length)
-            is_near = norm2(mesh%x(:, node) - from - s*along) <= smoothing_reach*mesh%mean_edge
-         end associate
-         if (is_near) return
+         from = self%freedom%line(:, 2*i - 1)
+         to = self%freedom%line(:, 2*i)
+         along = (to - from)/norm2(to - from)
+         low = min(from, to) - distance
+         high = max(from, to) + distance
+         do n = 1, mesh%n_nodes
+            if (near(n) .or. any(mesh%x(:, n) < low) .or. any(mesh%x(:, n) > high)) cycle
+            s = min(max(dot_product(mesh%x(:, n) - from, along), 0.0_wp), norm2(to - from))
+            near(n) = norm2(mesh%x(:, n) - from - s*along) <= distance
+         end do
       end do
-   end function is_near
+   end function near_nodes
 
    !> Move free nodes near the lines towards the middle of their neighbours where that makes the smallest angle larger.
-   subroutine smooth(self, mesh, first_line)
+   subroutine smooth(self, mesh, node)
       class(fit_t), intent(in) :: self
       type(mesh_t), intent(inout) :: mesh
-      integer, intent(in) :: first_line
-      integer, allocatable :: order(:), around(:)
+      !> the nodes, in the order of the output
+      integer, intent(in) :: node(:)
+      integer, allocatable :: around(:)
       real(wp) :: before, after, middle(2), place(2), direction(2)
       integer :: i, j, k, n, n_around, how, attempt
-      order = sorted_order(int(mesh%node_rank(:mesh%n_nodes), i8))
-      do i = 1, mesh%n_nodes
-         n = order(i)
-         if (.not. self%is_near(mesh, n, first_line)) cycle
+      do i = 1, size(node)
+         n = node(i)
          before = fan_angle(mesh, n, mesh%x(:, n))
          if (before >= good_angle) cycle
          call self%freedom%of_node(mesh, n, how, direction)
