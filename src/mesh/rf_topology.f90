@@ -44,6 +44,7 @@ contains
       self%n_nodes = 0
       self%n_elements = 0
       self%n_children = 0
+      call grow(self%element, 0)       ! a crack that opens nothing changes no element: an empty list, not none
    end subroutine clear
 
    !> Nodes of all changed elements, ascending, each once: all whose surroundings a split may have changed.
