@@ -8,7 +8,7 @@ module rf_case
    use rf_crack_input, only: crack_list_t
    use rf_crack_insertion, only: insert_cracks
    use rf_material_input, only: read_materials
-   use rf_initial_stress_input, only: read_initial_stress
+   use rf_initial_input, only: read_initial_conditions
    use rf_strength_input, only: read_strengths, read_no_split
    use rf_relaxation_input, only: read_relaxation
    use rf_fracture_input, only: read_fracture, check_strengths
@@ -17,6 +17,7 @@ module rf_case
    use rf_support_check, only: check_supports
    use rf_output_input, only: output_requests_t, read_output, check_stop_drop
    use rf_step_input, only: read_steps, read_job, declare_others
+   use rf_dynamic_input, only: check_dynamics
    use rf_simulation, only: simulation_t
    use rf_text, only: to_text
    implicit none
@@ -42,11 +43,13 @@ contains
          call connect(simulation, deck, diagnostics)
          call cracks%read(deck)
          call read_materials(deck, mesh_input, model%mesh, model%material, diagnostics)
-         call read_initial_stress(deck, mesh_input, model%mesh, model%material)
+         call read_initial_conditions(deck, mesh_input, model%mesh, model%material, model%dynamics)
          call read_strengths(deck, model%material, model%failure, diagnostics)
          call model%failure%prepare(model%mesh, model%material)
          call read_no_split(deck, mesh_input, model%mesh, model%failure, diagnostics)
          call read_steps(deck, simulation%steps, diagnostics)
+         call check_dynamics(deck, simulation%steps, model%mesh, model%material, diagnostics)
+         model%dynamics%wanted = any(simulation%steps%dynamic)
          call read_relaxation(deck, simulation%relaxation)
          call read_fracture(deck, simulation%fracture)
          call check_strengths(deck, model%mesh, model%material, model%failure)

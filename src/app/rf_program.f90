@@ -2,7 +2,7 @@
 module rf_program
    use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
    use omp_lib, only: omp_set_num_threads, omp_get_max_threads
-   use rf_kinds, only: wp
+   use rf_kinds, only: wp, i8
    use rf_command_line, only: options_t, read_command_line, usage_text, action_check, action_explain, action_help, &
       action_version
    use rf_deck, only: deck_t
@@ -11,6 +11,7 @@ module rf_program
    use rf_simulation, only: simulation_t, exit_done, exit_not_written
    use rf_output_input, only: output_requests_t
    use rf_summary, only: summarise_model, summarise_run
+   use rf_memory, only: memory_problem, bytes_to_run
    use rf_clock, only: monotonic_time, date_text
    use rf_system, only: is_terminal, make_folders, is_folder, path_exists, host_name
    use rf_text, only: text_t, to_text
@@ -52,7 +53,7 @@ contains
       type(diagnostics_t) :: diagnostics
       type(simulation_t), allocatable :: simulation
       type(output_requests_t) :: requests
-      character(len=:), allocatable :: job
+      character(len=:), allocatable :: job, problem
       real(wp) :: start
       start = monotonic_time()
       if (options%threads > 0) call omp_set_num_threads(options%threads)
@@ -77,6 +78,12 @@ contains
       call summarise_model(simulation, simulation%reading_time)
       if (options%action == action_check) then
          write (output_unit, '(a)') 'checked: '//deck%name()//' is a good deck'
+         return
+      end if
+      call memory_problem(int(simulation%model%mesh%n_elements, i8), bytes_to_run, 'to be run', problem)
+      if (allocated(problem)) then
+         status = exit_wrong_input
+         write (error_unit, '(a)') 'rfem: error: '//problem
          return
       end if
       status = run_simulation(options, deck, manual, simulation, requests, job, start)
@@ -145,7 +152,8 @@ contains
       call fill_provenance(deck, manual, simulation)
       if (.not. allocated(error)) call simulation%model%prepare()
       if (.not. allocated(error)) &
-         call simulation%recorder%create(prefix, title, requests, any(simulation%fracture%on), error)
+         call simulation%recorder%create(prefix, title, requests, any(simulation%fracture%on), simulation%model%dynamics%wanted, &
+                                        error)
       if (.not. allocated(error)) then
          call simulation%run()
          if (simulation%status == exit_not_written) then

@@ -62,12 +62,21 @@ module rf_simulation
       real(wp), private :: peak = 0, peak_direction(2) = 0
    contains
       procedure :: run
+      procedure, private :: run_time_steps, stop_moving
       procedure, private :: run_step, complete_step, run_increment, settle, locate_first_event, probe, go_to, relax
       procedure, private :: one_round, one_split, split_others
       procedure, private :: excavate
       procedure, private :: accept, record, apply_loads, watch_peak, watch_drop, stop_as_mechanism, stop_not_finite
       procedure, private :: must_locate, recording_failed, stop_not_converged, record_not_converged
    end type simulation_t
+
+   interface
+      !> All time steps of a dynamic step (rf_dynamic_step).
+      module subroutine run_time_steps(self, s)
+         class(simulation_t), intent(inout) :: self
+         integer, intent(in) :: s
+      end subroutine run_time_steps
+   end interface
 
 contains
 
@@ -78,6 +87,7 @@ contains
       self%model%failure%settings = self%fracture(1)
       call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
       call self%last%take(self%model)
+      if (self%steps(1)%dynamic) call self%model%dynamics%show_initial()
       call self%record(frame_start)
       do s = 1, size(self%steps)
          if (self%run_over) exit
@@ -102,6 +112,12 @@ contains
       call self%model%loads%begin_step(self%model%mesh, pack(self%loads, starts_with(self, s)), self%replaced(:, s), &
                                        self%model%reaction, self%model%motion%ux, self%model%motion%uy)
       call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
+      if (self%steps(s)%dynamic) then
+         call self%run_time_steps(s)
+         self%time_before = self%position%time
+         return
+      end if
+      call self%stop_moving()
       do i = 1, self%steps(s)%n_increments
          self%position%increment = i
          self%position%last = i == self%steps(s)%n_increments
@@ -111,6 +127,15 @@ contains
       if (self%step_over .and. .not. self%run_over) call self%complete_step()
       self%time_before = self%position%time
    end subroutine run_step
+
+   !> A static step begins: a body that moves is stopped.
+   subroutine stop_moving(self)
+      class(simulation_t), intent(inout) :: self
+      if (.not. abs(self%model%energy%kinetic) > 0) return
+      call self%log%line('step '//to_text(self%position%step)//' is static: the body is stopped; its kinetic energy, '// &
+                         short(self%model%energy%kinetic)//', counts as damped')
+      call self%model%dynamics%end_step(self%model%energy)
+   end subroutine stop_moving
 
    !> Take out what the step removes. What later steps say of single nodes and elements follows the new numbers.
    subroutine excavate(self, s)
@@ -126,7 +151,7 @@ contains
          if (self%removals(i)%step == s) call mark_removed(self%model%mesh, self%removals, i, gone)
       end do
       if (.not. any(gone)) return
-      call self%model%remove(gone, .true., map)
+      call self%model%remove(gone, .not. self%steps(s)%dynamic, map)
       do i = 1, size(self%loads)
          call renumber_definition(self%loads(i), map)
       end do
@@ -218,7 +243,7 @@ contains
       real(wp), intent(in) :: fraction
       real(wp) :: time
       time = fraction*self%steps(self%position%step)%total_time
-      call self%model%loads%apply(self%model%mesh, self%model%material, fraction, time)
+      call self%model%loads%apply(self%model%mesh, self%model%material, merge(1.0_wp, fraction, self%position%in_time), time)
       self%position%load_factor = fraction
       self%position%time = self%time_before + time
    end subroutine apply_loads
@@ -394,7 +419,7 @@ contains
       class(simulation_t), intent(inout) :: self
       type(split_t), intent(in) :: split
       call self%recorder%before_event(self%model, split)
-      call self%model%split(split, self%position%load_factor, &
+      call self%model%split(split, merge(1.0_wp, self%position%load_factor, self%position%in_time), &
                             self%position%load_factor*self%steps(self%position%step)%total_time)
       self%step_events = self%step_events + 1
       if (split%mode == mode_tension) then

@@ -1,4 +1,4 @@
-!> Reads the steps (`*STEP`, `*STATIC`) and the job's name, and names the keywords that no reader opens.
+!> Reads the steps (`*STEP`, `*STATIC`, `*DYNAMIC`) and the job's name, and names the keywords that no reader opens.
 module rf_step_input
    use rf_kinds, only: wp
    use rf_deck, only: deck_t, card_t, in_model, in_step
@@ -23,6 +23,11 @@ module rf_step_input
       !> first increment as written, step time at the end [time]; increments are total_time/n_increments long
       real(wp) :: first_increment = 1, total_time = 1
       integer :: n_increments = 1
+      !> explicit dynamics in real time; time increment asked for (0: the largest that is safe) [time]; time steps from one
+      !> look at the criterion to the next
+      logical :: dynamic = .false.
+      real(wp) :: time_increment = 0
+      integer :: look = 10
    end type step_t
 
 contains
@@ -47,8 +52,9 @@ contains
          call card%get_text('NAME', steps(card%step)%name, default='', about='name of the step in the log and the results')
       end do
       call read_static(deck, steps, static)
+      call read_dynamic(deck, static, steps)
       if (deck%describing()) return
-      call report_missing(deck, static, diagnostics)
+      call report_missing(deck, static .or. steps%dynamic, diagnostics)
       steps = steps(:deck%step_count())
    end subroutine read_steps
 
@@ -79,6 +85,35 @@ contains
          end associate
       end do
    end subroutine read_static
+
+   !> `*DYNAMIC, EXPLICIT`: time steps with the real mass.
+   subroutine read_dynamic(deck, static, steps)
+      type(deck_t), intent(inout) :: deck
+      !> the step has *STATIC, (steps)
+      logical, intent(in) :: static(:)
+      type(step_t), intent(inout) :: steps(:)
+      type(card_t) :: card
+      integer :: last_step
+      logical :: explicit
+      last_step = 0
+      call deck%open(card, 'DYNAMIC', where=in_step, about='motion in real time with the real mass, by central differences')
+      do while (deck%next(card))
+         call check_single(card, last_step)
+         call card%get_flag('EXPLICIT', explicit, about='must be there: implicit dynamics is none of this program''s')
+         if (.not. (explicit .or. card%describing())) call card%keyword_error('*DYNAMIC needs EXPLICIT: there is no implicit one')
+         associate (step => steps(card%step))
+            call card%get_integer('LOOK', step%look, default=10, at_least=1, about='time steps from one look at the criterion '// &
+                                  'to the next')
+            step%dynamic = .true.
+            if (static(card%step)) call card%keyword_error('the step has *STATIC already')
+            if (step%increment_limit > 0) call card%keyword_error('INC limits the increments of *STATIC; this step is dynamic')
+            if (.not. card%needs_line('time increment, total')) cycle
+            call card%field_real('time increment', step%time_increment, default=0.0_wp, at_least=0.0_wp, unit='time', &
+                                 shown='0', about='longest time step; 0: the longest that is safe')
+            call card%field_real('total', step%total_time, above=0.0_wp, unit='time', about='step time at the end of the step')
+         end associate
+      end do
+   end subroutine read_dynamic
 
    !> Fields 3 and 4 bound increments that other programs choose themselves.
    subroutine skip_rest(card, noted)
@@ -118,17 +153,16 @@ contains
    !> Steps that say nothing of how they are to be run.
    subroutine report_missing(deck, static, diagnostics)
       type(deck_t), intent(inout) :: deck
-      !> (steps)
+      !> the step says how it is to be run, (steps)
       logical, intent(in) :: static(:)
       type(diagnostics_t), intent(inout) :: diagnostics
       type(card_t) :: card
       type(place_t) :: nowhere
-      if (deck%count_of('DYNAMIC') > 0) return ! which is an error already
       call deck%open(card, 'STEP', where=in_step)
-      if (may_be_misspelt(card, 'STATIC') .or. may_be_misspelt(card, 'STEP')) return
+      if (may_be_misspelt(card, 'STATIC') .or. may_be_misspelt(card, 'DYNAMIC') .or. may_be_misspelt(card, 'STEP')) return
       if (deck%step_count() == 0) call diagnostics%error(nowhere, 'the deck has no *STEP: it says what is to be done')
       do while (deck%next(card))
-         if (.not. static(card%step)) call card%keyword_error('the step has no *STATIC')
+         if (.not. static(card%step)) call card%keyword_error('the step has neither *STATIC nor *DYNAMIC')
       end do
    end subroutine report_missing
 
@@ -155,7 +189,6 @@ contains
    !> Name the keywords that this version does not run yet, and those that are passed over.
    subroutine declare_others(deck)
       type(deck_t), intent(inout) :: deck
-      call deck%later('DYNAMIC', 'explicit dynamics')
       call deck%later('SOFTENING', 'fracture energy')
       call deck%later('RESTART', 'checkpoints')
       call deck%skipped('NODE FILE')

@@ -19,6 +19,7 @@ module rf_model
    use rf_exposure, only: stored_energy, let_fall
    use rf_relaxation, only: relaxation_t, reaction
    use rf_energy, only: energy_t
+   use rf_dynamics, only: dynamics_t
    use rf_failure, only: failure_t
    use rf_ray, only: split_t
    use rf_splitting, only: split_mesh
@@ -39,6 +40,7 @@ module rf_model
       type(pieces_t) :: pieces
       type(relaxation_t) :: relaxation
       type(energy_t) :: energy
+      type(dynamics_t) :: dynamics
       type(failure_t) :: failure
       !> force of the supports on the body at the last equilibrium [force], (2, nodes)
       real(wp), allocatable :: reaction(:, :)
@@ -55,7 +57,7 @@ module rf_model
       !> what no split may change
       type(baseline_t), private :: baseline
    contains
-      procedure :: prepare, equilibrate, accept, split, remove
+      procedure :: prepare, equilibrate, accept, split, remove, watch_slip
       procedure, private :: check, follow_parted
    end type model_t
 
@@ -74,6 +76,8 @@ contains
       call self%contact%rebuild(self%mesh, self%material, self%motion)
       call self%pieces%find(self%mesh)
       call self%energy%prepare(self%loads, self%mesh%n_nodes)
+      call self%dynamics%prepare(self%mesh%n_nodes)
+      call self%dynamics%adopt(self%changes)
       allocate (self%reaction(2, self%mesh%n_nodes), source=0.0_wp)
       if (checked_build) call take_baseline(self%mesh, self%baseline)
    end subroutine prepare
@@ -95,8 +99,14 @@ contains
       real(wp) :: friction_work
       call self%contact%settle(self%motion, self%relaxation%b, friction_work)
       call self%energy%accept(self%loads, self%motion, self%reaction, friction_work, self%mesh%n_nodes, at_event)
-      if (self%slip_warning_node == 0) self%slip_warning_node = far_slipped_node(self)
+      call self%watch_slip()
    end subroutine accept
+
+   !> Remember the first node whose contact slipped too far.
+   subroutine watch_slip(self)
+      class(model_t), intent(inout) :: self
+      if (self%slip_warning_node == 0) self%slip_warning_node = far_slipped_node(self)
+   end subroutine watch_slip
 
    !> The first node whose pair is in contact and has slipped by a good part of the element size; 0 if there is none.
    integer function far_slipped_node(self) result(node)
@@ -123,6 +133,7 @@ contains
       call split_mesh(self%mesh, plan, self%events, self%changes)     ! the only phase in which anything grows
       call self%material%adopt(self%changes)
       call self%motion%adopt(self%changes)
+      call self%dynamics%adopt(self%changes)
       call self%loads%adopt(self%changes)
       call self%material%initial%nodal_forces(self%mesh, self%material%section%thickness, self%loads%initial, self%changes)
       call self%loads%follow(self%mesh, self%material, self%changes, fraction, time)
@@ -152,6 +163,7 @@ contains
       call remove_from_mesh(self%mesh, gone, map, self%changes, exposed)
       call self%material%renumber(map)
       call self%motion%renumber(map)
+      call self%dynamics%renumber(map)
       call self%loads%renumber(map)
       call self%contact%renumber(map)
       call self%energy%renumber(map)
@@ -170,6 +182,7 @@ contains
    subroutine follow_parted(self)
       class(model_t), intent(inout) :: self
       call self%motion%adopt(self%changes)
+      call self%dynamics%adopt(self%changes)
       call self%loads%adopt(self%changes)
       call grow(self%reaction, self%mesh%n_nodes, 2)
       call self%material%initial%nodal_forces(self%mesh, self%material%section%thickness, self%loads%initial)

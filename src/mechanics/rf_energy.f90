@@ -25,7 +25,7 @@ module rf_energy
       !> which sums of the loads these applied forces are (loads%sums)
       integer, private :: taken = -1
    contains
-      procedure :: prepare, accept, adopt, renumber, take_out, error, strain_energy
+      procedure :: prepare, accept, adopt, renumber, take_out, error, strain_energy, go_on_from
       procedure, private :: take_loads
    end type energy_t
 
@@ -109,13 +109,25 @@ contains
       self%released_by_event = 0
       if (at_event) self%released_by_event = before + work - self%strain - friction_work
       self%released = self%released + self%released_by_event
+      call self%go_on_from(loads, motion, reaction, n)
+   end subroutine accept
+
+   !> The work up to the present state is booked: the next trapezoid begins here.
+   subroutine go_on_from(self, loads, motion, reaction, n)
+      class(energy_t), intent(inout) :: self
+      type(loads_t), intent(in) :: loads
+      type(motion_t), intent(in) :: motion
+      !> force of the supports on the body [force], (2, nodes)
+      real(wp), intent(in) :: reaction(:, :)
+      !> nodes
+      integer, intent(in) :: n
       self%ux(:n) = motion%ux(:n)
       self%uy(:n) = motion%uy(:n)
       self%begun = .true.
       call self%take_loads(loads, n)
       self%qx(:n) = reaction(1, :n)
       self%qy(:n) = reaction(2, :n)
-   end subroutine accept
+   end subroutine go_on_from
 
    !> Follow a split. The loads have been shared among the copies already; supports do not move during an event, so their
    !> reactions do no work until the next equilibrium.

@@ -34,6 +34,8 @@ module rf_load_input
       !> of the present block: its amplitude; it says OP=NEW
       integer :: amplitude = 0
       logical :: is_new = .false.
+      !> of the present *BOUNDARY: its values are velocities
+      logical :: is_velocity = .false.
    contains
       procedure :: begin_block, has_line, add, sorted
    end type reading_t
@@ -169,8 +171,11 @@ contains
          else
             call reading%begin_block(card, [load_support])
          end if
-         call card%get_word('TYPE', kind, allowed='DISPLACEMENT', default='DISPLACEMENT', later='VELOCITY', &
-                            about='what the value is')
+         call card%get_word('TYPE', kind, allowed='DISPLACEMENT VELOCITY', default='DISPLACEMENT', &
+                            about='what the value is. VELOCITY: the support moves by velocity x step time, or by the '// &
+                            'integral of velocity x amplitude; in the next step it keeps its last velocity')
+         reading%is_velocity = kind == 'VELOCITY'
+         if (card%step == 0 .and. card%given('TYPE')) call card%keyword_error('TYPE belongs to a *BOUNDARY in a step')
          if (.not. reading%has_line(card, 'node or set, first dof, last dof, value')) cycle
          do
             call read_support_line(card, mesh_input, reading)
@@ -190,7 +195,9 @@ contains
                               about='1: along x, 2: along y (3 is skipped)')
       call card%field_integer('last dof', definition%last_dof, default=definition%first_dof, at_least=1, at_most=out_of_plane, &
                               shown='first dof', about='the last of the directions')
-      call card%field_real('value', definition%value, default=0.0_wp, unit='length', about='displacement')
+      call card%field_real('value', definition%value, default=0.0_wp, unit='length', about='displacement; with '// &
+                           'TYPE=VELOCITY velocity [length/time]')
+      definition%is_velocity = reading%is_velocity
       if (definition%last_dof < definition%first_dof) call card%error('the last dof, '//to_text(definition%last_dof)// &
          ', is less than the first, '//to_text(definition%first_dof))
       if (card%step == 0 .and. abs(definition%value) > 0) call card%error('before the first step a support has the value 0; a '// &

@@ -27,6 +27,8 @@ module rf_loads
       integer :: amplitude = 0
       !> value at the load factor and time last applied
       real(wp) :: now = 0
+      !> the values are velocities of a support; only `from` is the displacement at the start of the step
+      logical :: is_velocity = .false.
    end type ramp_t
 
    !> One data line of *BOUNDARY, *CLOAD, *DLOAD or *PRESSURE.
@@ -43,6 +45,8 @@ module rf_loads
       !> direction of gravity [-]
       real(wp) :: direction(2) = 0
       integer :: amplitude = 0
+      !> the value of a support is a velocity [length/time]
+      logical :: is_velocity = .false.
    end type load_definition_t
 
    !> The nodal force of one definition on one node and direction.
@@ -85,7 +89,8 @@ module rf_loads
       integer :: n_touched = 0
       integer, allocatable :: touched(:)
    contains
-      procedure :: prepare, know_faces, begin_step, apply, gather, adopt, follow, renumber, add_falling, is_held, scale
+      procedure :: prepare, know_faces, begin_step, apply, apply_supports, apply_forces, gather, adopt, renumber, add_falling
+      procedure :: follow, is_held, forces_vary, support_at, scale
       procedure, private :: act, drop, acting_index, release, spread, tag_faces, new_tag
       procedure, private :: add_nodal_forces, add_pressures, add_gravity
       procedure, private :: value_at, pressure_of
@@ -168,8 +173,8 @@ contains
       real(wp), intent(in) :: ux(:), uy(:)
       integer :: i, n, d
       do n = 1, mesh%n_nodes
-         self%support(1, n) = held_at(merge(ux(n), self%cx(n), self%free_x(n) > 0.5_wp))
-         self%support(2, n) = held_at(merge(uy(n), self%cy(n), self%free_y(n) > 0.5_wp))
+         self%support(1, n) = going_on(self%support(1, n), self%is_held(1, n), merge(self%cx(n), ux(n), self%is_held(1, n)))
+         self%support(2, n) = going_on(self%support(2, n), self%is_held(2, n), merge(self%cy(n), uy(n), self%is_held(2, n)))
       end do
       do i = 1, self%n_forces
          self%force(i)%ramp = held_at(self%force(i)%ramp%now)
@@ -192,6 +197,16 @@ contains
       real(wp), intent(in) :: value
       held_at = ramp_t(value, value, 0, value)
    end function held_at
+
+   !> A support at the start of a step: it stays where it is, or keeps its last velocity.
+   pure type(ramp_t) function going_on(last, held, displacement)
+      type(ramp_t), intent(in) :: last
+      logical, intent(in) :: held
+      !> where the node is [length]
+      real(wp), intent(in) :: displacement
+      going_on = held_at(displacement)
+      if (held .and. last%is_velocity) going_on = ramp_t(displacement, last%now, 0, last%now, .true.)
+   end function going_on
 
    !> OP=NEW for supports: those that the step does not name let go, their reactions fall linearly to zero.
    subroutine release(self, mesh, definitions, reaction)
@@ -240,6 +255,7 @@ contains
             if (.not. (self%is_held(dof, self%ends(1, n)) .and. self%is_held(dof, self%ends(2, n)))) cycle
             self%support(dof, n)%to = 0.5_wp*(self%support(dof, self%ends(1, n))%to + self%support(dof, self%ends(2, n))%to)
             self%support(dof, n)%amplitude = self%support(dof, self%ends(1, n))%amplitude
+            self%support(dof, n)%is_velocity = self%support(dof, self%ends(1, n))%is_velocity
             if (dof == 1) self%free_x(n) = 0
             if (dof == 2) self%free_y(n) = 0
          end do
@@ -290,6 +306,7 @@ contains
             do dof = definition%first_dof, definition%last_dof
                self%support(dof, n)%to = definition%value
                self%support(dof, n)%amplitude = definition%amplitude
+               self%support(dof, n)%is_velocity = definition%is_velocity
                if (dof == 1) self%free_x(n) = 0
                if (dof == 2) self%free_y(n) = 0
             end do
@@ -455,7 +472,10 @@ contains
       class(loads_t), intent(in) :: self
       type(ramp_t), intent(in) :: ramp
       real(wp), intent(in) :: fraction, time
-      if (ramp%amplitude > 0) then
+      if (ramp%is_velocity) then
+         value_at = ramp%from + ramp%to*time
+         if (ramp%amplitude > 0) value_at = ramp%from + ramp%to*self%amplitudes(ramp%amplitude)%integral(time)
+      else if (ramp%amplitude > 0) then
          value_at = ramp%to*self%amplitudes(ramp%amplitude)%at(time)
       else
          value_at = ramp%from + (ramp%to - ramp%from)*fraction
@@ -469,11 +489,47 @@ contains
       type(material_t), intent(in) :: material
       !> part of the step that is done [-], step time [time]
       real(wp), intent(in) :: fraction, time
-      integer :: n, d, i
-      do n = 1, mesh%n_nodes
+      call self%apply_supports(mesh%n_nodes, fraction, time)
+      call self%apply_forces(mesh, material, fraction, time)
+   end subroutine apply
+
+   !> Displacements of supports at a fraction of the step.
+   subroutine apply_supports(self, n_nodes, fraction, time)
+      class(loads_t), intent(inout) :: self
+      integer, intent(in) :: n_nodes
+      !> part of the step that is done [-], step time [time]
+      real(wp), intent(in) :: fraction, time
+      integer :: n, dof
+      do n = 1, n_nodes
          if (self%is_held(1, n)) self%cx(n) = value_at(self, self%support(1, n), fraction, time)
          if (self%is_held(2, n)) self%cy(n) = value_at(self, self%support(2, n), fraction, time)
+         do dof = 1, 2
+            associate (ramp => self%support(dof, n))
+               if (.not. ramp%is_velocity) cycle
+               ramp%now = ramp%to
+               if (ramp%amplitude > 0) ramp%now = ramp%to*self%amplitudes(ramp%amplitude)%at(time)
+            end associate
+         end do
       end do
+   end subroutine apply_supports
+
+   !> Displacement of a support at a fraction of the step [length].
+   pure real(wp) function support_at(self, dof, node, fraction, time)
+      class(loads_t), intent(in) :: self
+      integer, intent(in) :: dof, node
+      !> part of the step that is done [-], step time [time]
+      real(wp), intent(in) :: fraction, time
+      support_at = value_at(self, self%support(dof, node), fraction, time)
+   end function support_at
+
+   !> Applied forces at a fraction of the step.
+   subroutine apply_forces(self, mesh, material, fraction, time)
+      class(loads_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      !> part of the step that is done [-], step time [time]
+      real(wp), intent(in) :: fraction, time
+      integer :: d, i
       do i = 1, self%n_forces
          self%force(i)%ramp%now = value_at(self, self%force(i)%ramp, fraction, time)
       end do
@@ -483,7 +539,7 @@ contains
       call self%gather(mesh, material)
       self%fraction = fraction
       self%time = time
-   end subroutine apply
+   end subroutine apply_forces
 
    !> Sum up what acts, at its present values.
    subroutine gather(self, mesh, material)
@@ -503,6 +559,12 @@ contains
       self%px(:mesh%n_nodes) = self%px(:mesh%n_nodes) - self%initial(1, :mesh%n_nodes)
       self%py(:mesh%n_nodes) = self%py(:mesh%n_nodes) - self%initial(2, :mesh%n_nodes)
    end subroutine gather
+
+   !> Whether applied forces change with time when values without amplitude apply at once.
+   pure logical function forces_vary(self)
+      class(loads_t), intent(in) :: self
+      forces_vary = any(self%ramp(:self%n_acting)%amplitude > 0) .or. any(self%force(:self%n_forces)%ramp%amplitude > 0)
+   end function forces_vary
 
    subroutine add_nodal_forces(self)
       class(loads_t), intent(inout) :: self
@@ -666,7 +728,7 @@ contains
 
    pure type(ramp_t) function mean_ramp(a, b)
       type(ramp_t), intent(in) :: a, b
-      mean_ramp = ramp_t(0.5_wp*(a%from + b%from), 0.5_wp*(a%to + b%to), a%amplitude)
+      mean_ramp = ramp_t(0.5_wp*(a%from + b%from), 0.5_wp*(a%to + b%to), a%amplitude, is_velocity=a%is_velocity)
    end function mean_ramp
 
    !> Forces of a node that was copied: the first of its copies in the list divides them among all.

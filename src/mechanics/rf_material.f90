@@ -21,6 +21,8 @@ module rf_material
       logical :: plane_strain = .true.
       !> thickness [length], density [mass/length^3; negative: not given]
       real(wp) :: thickness = 1, density = -1
+      !> mass-proportional damping in dynamic steps [1/time]
+      real(wp) :: damping = 0
       !> coefficient of friction [-] and cohesion [stress] of surfaces broken in this material
       real(wp) :: friction = 0, cohesion = 0
       !> the deck gives the friction; else the strength decides it

@@ -47,6 +47,7 @@ contains
       call read_names(deck, names, draft)
       call read_elastic(deck, names, draft, diagnostics)
       call read_density(deck, draft)
+      call read_damping(deck, draft)
       call read_friction(deck, draft, material)
       call read_heterogeneity(deck, draft)
       call list_names(names, size(draft), material)
@@ -129,7 +130,7 @@ contains
       logical :: seen(size(draft))
       integer :: m
       seen = .false.
-      call deck%open(card, 'DENSITY', where=in_model, about='mass per volume; gravity needs it')
+      call deck%open(card, 'DENSITY', where=in_model, about='mass per volume; gravity and dynamic steps need it')
       do while (deck%next(card))
          m = material_of(deck, card, size(draft))
          call refuse_second(card, seen(m))
@@ -137,6 +138,23 @@ contains
          call card%field_real('rho', draft(m)%section%density, above=0.0_wp, unit='mass/length^3', about='density')
       end do
    end subroutine read_density
+
+   !> `*DAMPING`: of motion in dynamic steps. Damping that grows with the stiffness would shorten the time step.
+   subroutine read_damping(deck, draft)
+      type(deck_t), intent(inout) :: deck
+      type(draft_t), intent(inout) :: draft(:)
+      type(card_t) :: card
+      logical :: seen(size(draft))
+      integer :: m
+      seen = .false.
+      call deck%open(card, 'DAMPING', where=in_model, about='damping in dynamic steps; without it there is none')
+      do while (deck%next(card))
+         m = material_of(deck, card, size(draft))
+         call refuse_second(card, seen(m))
+         call card%get_real('ALPHA', draft(m)%section%damping, at_least=0.0_wp, unit='1/time', &
+                            about='force against the motion, in units of mass x velocity')
+      end do
+   end subroutine read_damping
 
    !> Friction of the surfaces that come by breaking, and of cracks that exist from the start: the block belongs to the last
    !> *MATERIAL or *CRACK before it.

@@ -5,6 +5,7 @@ module rf_generated_input
    use rf_deck, only: deck_t, card_t, in_model
    use rf_diagnostics, only: place_t
    use rf_generate, only: generate, mesh_counts, largest_jitter, staggered_jitter, side_left, side_right, side_bottom, side_top
+   use rf_memory, only: memory_problem, bytes_to_read
    use rf_mesh_draft, only: draft_t, largest_length, smallest_length
    use rf_text, only: to_text
    implicit none
@@ -87,14 +88,19 @@ contains
       !> what is asked for
       type(order_t), intent(in) :: order
       integer(i8) :: n_nodes, n_elements
+      character(len=:), allocatable :: problem
       if (any(abs(order%corner) > largest_length) .or. any(order%lengths > largest_length) .or. &
           any(order%lengths/order%cells < smallest_length)) then
          call card%error('lengths must lie between '//to_text(smallest_length)//' and '//to_text(largest_length))
          return
       end if
       call mesh_counts(order%pattern, order%lengths(1), order%lengths(2), order%cells(1), order%cells(2), n_nodes, n_elements)
-      if (n_elements > most_elements) call card%error('a mesh of '//to_text(n_elements)//' elements is too large: at most '// &
-                                                      to_text(most_elements))
+      if (n_elements > most_elements) then
+         call card%error('a mesh of '//to_text(n_elements)//' elements is too large: at most '//to_text(most_elements))
+      else
+         call memory_problem(n_elements, bytes_to_read, 'to be read', problem)
+         if (allocated(problem)) call card%error(problem)
+      end if
       if (any(order%lengths/order%cells <= 1.0e6_wp*epsilon(1.0_wp)*abs(order%corner))) &
          call card%error('the cells are too small for coordinates as large as these')
    end subroutine check_counts

@@ -4,12 +4,13 @@ module rf_fields
    use rf_kinds, only: wp
    use rf_model, only: model_t
    use rf_criterion, only: principal
+   use rf_recovery, only: patch_work_t, node_stress
    implicit none
    private
    public :: field_t, point_fields, cell_fields
 
    !> when a field is in the file
-   integer, parameter, public :: always = 1, with_fracture = 2
+   integer, parameter, public :: always = 1, with_fracture = 2, with_dynamics = 3
 
    type :: field_t
       character(len=:), allocatable :: name
@@ -36,7 +37,7 @@ contains
    !> Fields at the nodes.
    subroutine point_fields(fields)
       type(field_t), allocatable, intent(out) :: fields(:)
-      allocate (fields(8))
+      allocate (fields(9))
       call describe(fields(1), 'displacement', 3, 'length', 'along x, y, z', fill_displacement)
       fields(1)%double = .true.
       call describe(fields(2), 'reaction', 3, 'force', 'of the support on the body, at supported directions', fill_reaction)
@@ -49,6 +50,8 @@ contains
       call describe(fields(7), 'node_id', 1, '-', 'the deck''s id; new nodes count on', fill_node_id)
       call describe(fields(8), 'node_origin', 1, '-', 'deck id of the node it is a copy of; 0: a midpoint', fill_node_origin)
       fields(7:8)%whole = .true.
+      call describe(fields(9), 'velocity', 3, 'length/time', 'along x, y, z; zero in static steps', fill_velocity)
+      fields(9)%present_when = with_dynamics
    end subroutine point_fields
 
    !> Fields in the elements.
@@ -89,6 +92,15 @@ contains
       values(3, :n) = 0
    end subroutine fill_displacement
 
+   subroutine fill_velocity(model, values)
+      type(model_t), intent(in) :: model
+      real(wp), intent(inout) :: values(:, :)
+      integer :: n
+      n = model%mesh%n_nodes
+      values(1:2, :n) = model%dynamics%velocity(:, :n)
+      values(3, :n) = 0
+   end subroutine fill_velocity
+
    subroutine fill_reaction(model, values)
       type(model_t), intent(in) :: model
       real(wp), intent(inout) :: values(:, :)
@@ -98,13 +110,29 @@ contains
       values(3, :n) = 0
    end subroutine fill_reaction
 
-   !> Stress out of the plane follows from those in it.
+   !> Stress out of the plane follows from those in it. Under an initial stress, what that adds is recovered at the node as the
+   !> stress in the plane is.
    subroutine fill_node_stress(model, values)
       type(model_t), intent(in) :: model
       real(wp), intent(inout) :: values(:, :)
-      integer :: n
+      type(patch_work_t) :: work
+      real(wp), allocatable :: added(:, :)
+      real(wp) :: at_node(3), strength(3)
+      integer :: n, e
       do n = 1, model%mesh%n_nodes
          values(:, n) = six(model, model%mesh%element_of(n), model%failure%stress(:, n))
+      end do
+      if (.not. model%material%initial%given) return
+      allocate (added(3, model%mesh%n_elements), source=0.0_wp)
+      do e = 1, model%mesh%n_elements
+         added(1, e) = model%material%out_of_plane(model%mesh%section(e), e, [0.0_wp, 0.0_wp, 0.0_wp])
+      end do
+      do n = 1, model%mesh%n_nodes
+         associate (section => model%material%section(model%mesh%section(model%mesh%element_of(n))))
+            call node_stress(model%mesh, model%material, added, model%failure%element_strength, n, section%material, .true., &
+                             work, at_node, strength)
+            values(3, n) = at_node(1) + section%law%out_of_plane*sum(model%failure%stress(1:2, n))
+         end associate
       end do
    end subroutine fill_node_stress
 

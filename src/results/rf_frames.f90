@@ -4,7 +4,7 @@ module rf_frames
    use rf_kinds, only: wp
    use rf_model, only: model_t
    use rf_topology, only: side_nodes
-   use rf_fields, only: field_t, point_fields, cell_fields, with_fracture
+   use rf_fields, only: field_t, point_fields, cell_fields, with_fracture, with_dynamics
    use rf_position, only: position_t
    use rf_crack_figures, only: segment_figures_t, look_at_segment
    use rf_vtkhdf, only: vtkhdf_file_t, vtkhdf_field_t, vtkhdf_field, vtk_triangle, vtk_line, real_64, real_32, integer_32
@@ -32,12 +32,12 @@ module rf_frames
 contains
 
    !> Make the files.
-   subroutine create(self, prefix, title, fracture, error)
+   subroutine create(self, prefix, title, fracture, dynamic, error)
       class(frames_t), intent(inout) :: self
       !> folder and job name; first line of the deck's heading
       character(len=*), intent(in) :: prefix, title
-      !> some step looks at the criterion
-      logical, intent(in) :: fracture
+      !> some step looks at the criterion; some step is dynamic
+      logical, intent(in) :: fracture, dynamic
       character(len=:), allocatable, intent(out) :: error
       type(vtkhdf_field_t) :: none(0)
       type(vtkhdf_field_t), allocatable :: cracks(:)
@@ -49,6 +49,7 @@ contains
             self%points = pack(self%points, self%points%present_when /= with_fracture)
             self%cells = pack(self%cells, self%cells%present_when /= with_fracture)
          end if
+         if (.not. dynamic) self%points = pack(self%points, self%points%present_when /= with_dynamics)
          call self%mesh_file%create(prefix//'.vtkhdf', vtk_triangle, as_vtkhdf(self%points), as_vtkhdf(self%cells), error)
          if (allocated(error)) return
          allocate (cracks(size(crack_reals) + size(crack_integers)))

@@ -18,6 +18,8 @@ module rf_output_input
    type :: output_settings_t
       !> increments from one frame, or history row, to the next; events likewise (0: none between increments)
       integer :: field_frequency = 1, history_frequency = 1, field_events = 0, history_events = 0
+      !> the deck gives them (dynamic steps have another default)
+      logical :: field_given = .false., history_given = .false.
       !> files of the fields
       logical :: vtkhdf = .true., apdl = .false.
    end type output_settings_t
@@ -100,10 +102,13 @@ contains
       type(output_settings_t), intent(inout) :: settings
       character(len=:), allocatable :: format
       integer :: frequency, events
-      call card%get_integer('FREQUENCY', frequency, default=1, at_least=1, about='increments from one to the next')
+      call card%get_integer('FREQUENCY', frequency, default=1, at_least=1, shown='1; in a dynamic step 20 frames, 200 rows', &
+                            about='increments from one to the next; in a dynamic step time steps')
       call card%get_integer('EVENTS', events, default=0, at_least=0, about='events from one to the next (0: none between '// &
                             'increments)')
       if (field) settings%field_frequency = frequency
+      if (field) settings%field_given = card%given('FREQUENCY')
+      if (history) settings%history_given = card%given('FREQUENCY')
       if (field) settings%field_events = events
       if (history) settings%history_frequency = frequency
       if (history) settings%history_events = events

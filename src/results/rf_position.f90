@@ -19,6 +19,12 @@ module rf_position
       logical :: last = .false.
       !> the load is that of the increment's first event, not its own
       logical :: located = .false.
+      !> the step is dynamic: increments are time steps, and rows and frames are due at equal parts of the step unless
+      !> *OUTPUT counts time steps; part of the step done at the last state
+      logical :: in_time = .false.
+      real(wp) :: last_factor = 0
+      !> what is due of this state of a dynamic step
+      logical :: row_due = .false., frame_due = .false.
    end type position_t
 
 end module rf_position

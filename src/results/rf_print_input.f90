@@ -16,6 +16,8 @@ module rf_print_input
       character(len=:), allocatable :: set_name
       !> increments from one table to the next
       integer :: frequency = 1
+      !> the deck gives them (dynamic steps have another default)
+      logical :: frequency_given = .false.
       !> displacements, reactions
       logical :: displacements = .false., reactions = .false.
       !> a line for each node, the sum of the reactions
@@ -31,6 +33,8 @@ module rf_print_input
       character(len=:), allocatable :: set_name
       !> increments from one table to the next
       integer :: frequency = 1
+      !> the deck gives them (dynamic steps have another default)
+      logical :: frequency_given = .false.
       logical :: stresses = .false., strains = .false.
    end type element_print_t
 
@@ -50,7 +54,8 @@ contains
       call deck%open(card, 'NODE PRINT', where=in_step, about='tables of nodes in JOB.dat. A step without it keeps those of '// &
                      'the last step, a step with it has its own only')
       do while (deck%next(card))
-         call read_head(card, mesh_input%nodes, 'NSET', this%set_name, this%set, this%frequency)
+         call read_head(card, mesh_input%nodes, 'NSET', this%set_name, this%set, this%frequency, &
+                        this%frequency_given)
          call card%get_word('TOTALS', totals, allowed='YES NO ONLY', default='NO', about='the sum of RF too, or only')
          this%nodes = totals /= 'ONLY'
          this%totals = totals /= 'NO'
@@ -79,7 +84,8 @@ contains
       call deck%open(card, 'EL PRINT', where=in_step, about='tables of elements in JOB.dat. A step without it keeps those of '// &
                      'the last step, a step with it has its own only')
       do while (deck%next(card))
-         call read_head(card, mesh_input%elements, 'ELSET', this%set_name, this%set, this%frequency)
+         call read_head(card, mesh_input%elements, 'ELSET', this%set_name, this%set, this%frequency, &
+                        this%frequency_given)
          call card%get_word('TOTALS', totals, allowed='YES NO ONLY', default='NO', about='without effect: S and E have no sum')
          call read_words(card, 'S', this%stresses, 'E', this%strains, 'S: stresses, E: strains')
          this%first_step = card%step
@@ -93,7 +99,7 @@ contains
    end subroutine read_element_prints
 
    !> Set and frequency.
-   subroutine read_head(card, catalogue, parameter, name, set, frequency)
+   subroutine read_head(card, catalogue, parameter, name, set, frequency, given)
       type(card_t), intent(inout) :: card
       type(catalogue_t), intent(in) :: catalogue
       !> NSET or ELSET
@@ -103,6 +109,8 @@ contains
       integer, intent(out) :: set
       !> increments from one table to the next
       integer, intent(out) :: frequency
+      !> the deck gives them
+      logical, intent(out) :: given
       character(len=:), allocatable :: problem
       set = 0
       call card%get_name(parameter, name, about='set of '//catalogue%noun()//'s')
@@ -110,7 +118,9 @@ contains
          call catalogue%find_set(name, set, problem)
          if (len(problem) > 0) call card%keyword_error(problem)
       end if
-      call card%get_integer('FREQUENCY', frequency, default=1, at_least=1, about='increments from one table to the next')
+      call card%get_integer('FREQUENCY', frequency, default=1, at_least=1, shown='1; in a dynamic step with each frame', &
+                            about='increments from one table to the next; in a dynamic step time steps')
+      given = card%given('FREQUENCY')
    end subroutine read_head
 
    !> The data lines: which of two quantities.

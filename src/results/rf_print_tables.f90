@@ -21,7 +21,7 @@ module rf_print_tables
       !> step and increment of the last table of each request, (2, requests)
       integer, allocatable, private :: written(:, :)
    contains
-      procedure :: create, write_tables, close => close_file, discard
+      procedure :: create, due_in_time, write_tables, close => close_file, discard
       procedure, private :: write_nodes, write_elements, already
    end type print_tables_t
 
@@ -39,6 +39,24 @@ contains
       allocate (self%written(2, size(self%nodes) + size(self%elements)), source=0)
    end subroutine create
 
+   !> Whether a table of its own frequency is due at a state of a dynamic step.
+   pure logical function due_in_time(self, position)
+      class(print_tables_t), intent(in) :: self
+      type(position_t), intent(in) :: position
+      integer :: i
+      due_in_time = .false.
+      do i = 1, size(self%nodes)
+         associate (this => self%nodes(i))
+            due_in_time = due_in_time .or. due(this%first_step, this%last_step, this%frequency, this%frequency_given, position)
+         end associate
+      end do
+      do i = 1, size(self%elements)
+         associate (this => self%elements(i))
+            due_in_time = due_in_time .or. due(this%first_step, this%last_step, this%frequency, this%frequency_given, position)
+         end associate
+      end do
+   end function due_in_time
+
    !> Tables that are due at the end of an increment and have not been written there.
    subroutine write_tables(self, model, position, error)
       class(print_tables_t), intent(inout) :: self
@@ -48,13 +66,15 @@ contains
       integer :: i
       if (.not. self%open) return
       do i = 1, size(self%nodes)
-         if (.not. due(self%nodes(i)%first_step, self%nodes(i)%last_step, self%nodes(i)%frequency, position)) cycle
+         if (.not. due(self%nodes(i)%first_step, self%nodes(i)%last_step, self%nodes(i)%frequency, &
+                       self%nodes(i)%frequency_given, position)) cycle
          if (self%already(i, position)) cycle
          call self%write_nodes(model, position, self%nodes(i), error)
          if (allocated(error)) return
       end do
       do i = 1, size(self%elements)
-         if (.not. due(self%elements(i)%first_step, self%elements(i)%last_step, self%elements(i)%frequency, position)) cycle
+         if (.not. due(self%elements(i)%first_step, self%elements(i)%last_step, self%elements(i)%frequency, &
+                       self%elements(i)%frequency_given, position)) cycle
          if (self%already(size(self%nodes) + i, position)) cycle
          call self%write_elements(model, position, self%elements(i), error)
          if (allocated(error)) return
@@ -70,11 +90,15 @@ contains
       self%written(:, request) = [position%step, position%increment]
    end function already
 
-   pure logical function due(first_step, last_step, frequency, position)
+   !> In a dynamic step a table without FREQUENCY comes with each frame.
+   pure logical function due(first_step, last_step, frequency, given, position)
       integer, intent(in) :: first_step, last_step, frequency
+      logical, intent(in) :: given
       type(position_t), intent(in) :: position
-      due = position%step >= first_step .and. position%step <= last_step .and. &
-            (mod(position%increment, max(1, frequency)) == 0 .or. position%last)
+      logical :: now
+      now = mod(position%increment, max(1, frequency)) == 0
+      if (position%in_time .and. .not. given) now = position%frame_due
+      due = position%step >= first_step .and. position%step <= last_step .and. (now .or. position%last)
    end function due
 
    subroutine write_nodes(self, model, position, request, error)

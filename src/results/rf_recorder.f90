@@ -17,6 +17,9 @@ module rf_recorder
    private
    public :: recorder_t, digests_of
 
+   !> rows and frames of a dynamic step unless the deck says FREQUENCY
+   integer, parameter :: rows_in_time = 200, frames_in_time = 20
+
    type :: recorder_t
       type(history_t) :: history
       type(provenance_t) :: provenance
@@ -35,20 +38,20 @@ module rf_recorder
       integer, private :: events = 0
    contains
       procedure :: create, state, state_not_converged, complete, before_event, write_events, count_iterations
-      procedure :: monitor_reaction, finish, discard
+      procedure :: monitor_reaction, finish, discard, look_at_time
       procedure, private :: take_requests, write_row, write_frame
    end type recorder_t
 
 contains
 
    !> Make all result files. On an error those that this run made are deleted again.
-   subroutine create(self, prefix, title, requests, fracture, error)
+   subroutine create(self, prefix, title, requests, fracture, dynamic, error)
       class(recorder_t), intent(inout) :: self
       !> folder and job name; first line of the heading
       character(len=*), intent(in) :: prefix, title
       type(output_requests_t), intent(in) :: requests
-      !> some step looks at the criterion
-      logical, intent(in) :: fracture
+      !> some step looks at the criterion; some step is dynamic
+      logical, intent(in) :: fracture, dynamic
       character(len=:), allocatable, intent(out) :: error
       call self%take_requests(requests)
       self%files = prefix//'.h5 '//prefix//'_history.csv '//prefix//'_events.csv'
@@ -62,7 +65,7 @@ contains
       if (.not. allocated(error)) call self%history%create(prefix, self%file, error)
       if (.not. allocated(error)) call self%file%start_swmr(error)
       if (.not. allocated(error)) call self%history%start(self%file, error)
-      if (.not. allocated(error)) call self%frames%create(prefix, title, fracture, error)
+      if (.not. allocated(error)) call self%frames%create(prefix, title, fracture, dynamic, error)
       if (.not. allocated(error)) call self%tables%create(prefix, error)
       if (allocated(error)) call self%discard()
    end subroutine create
@@ -119,7 +122,11 @@ contains
       character(len=:), allocatable, intent(out) :: error
       logical :: row, frame
       associate (output => self%output(position%step))
-         if (kind == frame_after_event) then
+         if (position%in_time .and. kind /= frame_start) then
+            row = position%row_due
+            frame = position%frame_due
+            self%events = model%events
+         else if (kind == frame_after_event) then
             row = passed(self%events, model%events, output%history_events)
             frame = passed(self%events, model%events, output%field_events)
             self%events = model%events
@@ -139,6 +146,43 @@ contains
       call self%tables%write_tables(model, position, error)
       call self%watch%stop()
    end subroutine state
+
+   !> What is due of a state of a dynamic step, rows and frames. Returns whether anything is.
+   logical function look_at_time(self, position, events) result(due)
+      class(recorder_t), intent(in) :: self
+      type(position_t), intent(inout) :: position
+      !> events so far
+      integer, intent(in) :: events
+      associate (output => self%output(position%step))
+         position%row_due = is_due(output%history_given, output%history_frequency, output%history_events, rows_in_time)
+         position%frame_due = is_due(output%field_given, output%field_frequency, output%field_events, frames_in_time)
+      end associate
+      due = position%row_due .or. position%frame_due .or. self%tables%due_in_time(position)
+
+   contains
+
+      !> At so many time steps, or equal parts of the step; and at so many events.
+      logical function is_due(given, frequency, event_frequency, parts)
+         logical, intent(in) :: given
+         integer, intent(in) :: frequency, event_frequency, parts
+         is_due = position%last
+         if (given) then
+            is_due = is_due .or. every(position%increment, frequency)
+         else
+            is_due = is_due .or. parts_done(position%load_factor, parts) > parts_done(position%last_factor, parts)
+         end if
+         is_due = is_due .or. passed(self%events, events, event_frequency)
+      end function is_due
+
+   end function look_at_time
+
+   !> Equal parts of a step that are done; a time that misses one by rounding has done it.
+   pure integer function parts_done(factor, parts)
+      !> part of the step that is done [-]
+      real(wp), intent(in) :: factor
+      integer, intent(in) :: parts
+      parts_done = int(factor*parts*(1 + 16*epsilon(1.0_wp)))
+   end function parts_done
 
    !> Whether a count has reached a multiple of a frequency since it was last looked at (0: never).
    pure logical function passed(before, now, frequency)

@@ -1,6 +1,8 @@
-!> Reads the stress that the body is under before the first step: `*INITIAL CONDITIONS, TYPE=STRESS`.
-module rf_initial_stress_input
+!> Reads the state before the first step: `*INITIAL CONDITIONS`, TYPE=STRESS here, TYPE=VELOCITY in rf_initial_velocity_input.
+module rf_initial_input
    use rf_kinds, only: wp
+   use rf_dynamics, only: dynamics_t
+   use rf_initial_velocity_input, only: read_velocity_line
    use rf_deck, only: deck_t, card_t, in_model
    use rf_initial_stress, only: stress_line_t
    use rf_material, only: material_t
@@ -9,32 +11,42 @@ module rf_initial_stress_input
    use rf_text, only: to_text
    implicit none
    private
-   public :: read_initial_stress
+   public :: read_initial_conditions
 
 contains
 
    !> Read all blocks. The elements get their stress when the mesh is complete (model%prepare).
-   subroutine read_initial_stress(deck, mesh_input, mesh, material)
+   subroutine read_initial_conditions(deck, mesh_input, mesh, material, dynamics)
       type(deck_t), intent(inout) :: deck
       type(mesh_input_t), intent(in) :: mesh_input
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(inout) :: material
+      !> gets initial velocities
+      type(dynamics_t), intent(inout) :: dynamics
       type(card_t) :: card
-      character(len=:), allocatable :: kind
+      character(len=:), allocatable :: kind, fields
       logical :: geostatic
-      call deck%open(card, 'INITIAL CONDITIONS', where=in_model, about='the state before the first step. An element that '// &
-                     'several lines name has what the last one says')
+      call deck%open(card, 'INITIAL CONDITIONS', where=in_model, about='the state before the first step. An element, or '// &
+                     'node and direction, that several lines name has what the last one says')
       do while (deck%next(card))
-         call card%get_word('TYPE', kind, allowed='STRESS', later='VELOCITY', about='of what')
+         call card%get_word('TYPE', kind, allowed='STRESS VELOCITY', about='of what')
          call card%get_flag('GEOSTATIC', geostatic, about='stress that grows with depth: linear in y, taken at the elements'' '// &
                             'centroids')
-         if (.not. card%needs_line(trim(merge('elset, s_y1, y1, s_y2, y2, K0', 'elset, sxx, syy, szz, sxy    ', geostatic)))) cycle
+         fields = 'elset, sxx, syy, szz, sxy'
+         if (geostatic) fields = 'elset, s_y1, y1, s_y2, y2, K0'
+         if (kind == 'VELOCITY') fields = 'node or set, dof, value'
+         if (geostatic .and. kind == 'VELOCITY') call card%keyword_error('GEOSTATIC belongs to TYPE=STRESS')
+         if (.not. card%needs_line(fields)) cycle
          do
             if (card%describing()) then
                call card%form('of STRESS')
                call read_uniform(card, mesh_input, mesh, material)
                call card%form('of STRESS, GEOSTATIC')
                call read_depth(card, mesh_input, mesh, material)
+               call card%form('of VELOCITY')
+               call read_velocity_line(deck, card, mesh_input, mesh, dynamics)
+            else if (kind == 'VELOCITY') then
+               call read_velocity_line(deck, card, mesh_input, mesh, dynamics)
             else if (geostatic) then
                call read_depth(card, mesh_input, mesh, material)
             else
@@ -43,7 +55,7 @@ contains
             if (.not. card%line()) exit
          end do
       end do
-   end subroutine read_initial_stress
+   end subroutine read_initial_conditions
 
    !> A stress that is the same in all elements of a set.
    subroutine read_uniform(card, mesh_input, mesh, material)
@@ -137,4 +149,4 @@ contains
       material%initial%line = [material%initial%line, line]
    end subroutine keep
 
-end module rf_initial_stress_input
+end module rf_initial_input
