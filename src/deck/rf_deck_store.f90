@@ -237,6 +237,8 @@ contains
       end if
       store%n_options = store%n_options + 1
       store%options(store%n_options)%name = name
+      ! that of an *INCLUDE may stand there, whose parameters are done with
+      if (allocated(store%options(store%n_options)%value)) deallocate (store%options(store%n_options)%value)
    end subroutine add_option
 
    !> Note a piece of a file that the full text shows otherwise.
