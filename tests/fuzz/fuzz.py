@@ -6,7 +6,8 @@
 Every shipped deck is a seed, made small. Each run changes one in a few places (mutate.py) and gives it to the program,
 half of them with --check. What must hold: a documented exit status and no signal; no run-time error and no report of a
 sanitizer; with exit status 2 a message `rfem: error:` and no file, and the same opinion with --check; results with 0
-and 1; an end within 10 s of processor time. What fails is made small, and is kept in DIR (build/fuzz) with the command that shows it.
+and 1; an end within 10 s of processor time. What fails is made small, and is kept in DIR (build/fuzz)
+with the command that shows it.
 """
 
 import argparse
