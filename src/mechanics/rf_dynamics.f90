@@ -537,6 +537,7 @@ contains
       type(energy_t), intent(inout) :: energy
       energy%damping = energy%damping + energy%kinetic
       energy%kinetic = 0
+      energy%falls = .true.
       self%velocity = 0
    end subroutine end_step
 

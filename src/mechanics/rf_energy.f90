@@ -18,6 +18,8 @@ module rf_energy
       real(wp) :: largest_external = 0
       !> released by the last event
       real(wp) :: released_by_event = 0
+      !> a moving body was stopped: what it loses on its way to the next equilibrium is damped
+      logical :: falls = .false.
       !> an equilibrium has been accepted
       logical, private :: begun = .false.
       !> displacements, applied forces and reactions of the last accepted equilibrium, (nodes)
@@ -106,6 +108,8 @@ contains
       self%released_by_event = 0
       if (at_event) self%released_by_event = before + work - self%strain - friction_work
       self%released = self%released + self%released_by_event
+      if (self%falls .and. .not. at_event) self%damping = self%damping + before + work - self%strain - friction_work
+      self%falls = .false.
       call self%go_on_from(loads, motion, reaction, n)
    end subroutine accept
 

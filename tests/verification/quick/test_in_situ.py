@@ -161,3 +161,21 @@ def ids(frame, name):
     """Ids of the points or cells of a frame."""
     data = frame.point_data if name == "node_id" else frame.cell_data
     return np.asarray(data[name])
+
+
+BLAST = CUT.replace("0.25, 1.\n*FRACTURE, MAX EVENTS=8\n", "").replace(
+    "*STATIC\n*MODEL", "*DYNAMIC, EXPLICIT\n, 0.002\n*MODEL"
+)
+BLAST = BLAST.split("*STEP\n*STATIC\n0.5, 1.")[0] + "*STEP\n*STATIC\n*END STEP\n"
+
+
+def test_sudden_excavation(tmp_path):
+    """In a dynamic step the forces of what goes are gone at once: waves, and a ledger that closes to round-off, also where
+    the moving body is then brought to rest."""
+    done = run_text(BLAST, tmp_path)
+    history = done.history
+    moving = (history["step"] == 2) & (history["increment"] > 0)
+    assert np.max(history["kinetic_energy"][moving]) > 0.1 * np.max(np.abs(history["strain_energy"]))
+    assert np.max(np.abs(history["energy_error"])) < 1e-9
+    assert history["kinetic_energy"][-1] == 0
+    assert history["damping_work"][-1] > 0
