@@ -53,7 +53,7 @@ contains
          call read_relaxation(deck, simulation%relaxation)
          call read_fracture(deck, simulation%fracture)
          call check_strengths(deck, model%mesh, model%material, model%failure)
-         call read_loads(deck, mesh_input, model%mesh, model%material, model%loads%amplitudes, simulation%loads, &
+         call read_loads(deck, mesh_input, cracks, model%mesh, model%material, model%loads%amplitudes, simulation%loads, &
                          simulation%replaced, diagnostics)
          call read_removals(deck, mesh_input, model%mesh, simulation%removals)
          call check_supports(deck, model%mesh, simulation%loads, simulation%replaced, simulation%removals, diagnostics)

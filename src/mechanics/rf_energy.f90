@@ -81,7 +81,7 @@ contains
    end function strain_energy
 
    !> Book an equilibrium that is part of the answer.
-   subroutine accept(self, loads, motion, reaction, friction_work, n, at_event)
+   subroutine accept(self, loads, motion, reaction, friction_work, softening_work, n, at_event)
       class(energy_t), intent(inout) :: self
       type(loads_t), intent(in) :: loads
       type(motion_t), intent(in) :: motion
@@ -89,6 +89,8 @@ contains
       real(wp), intent(in) :: reaction(:, :)
       !> work against friction since the last equilibrium [force length]
       real(wp), intent(in) :: friction_work
+      !> work against the cohesion of cracks that soften, since the start [force length]
+      real(wp), intent(in) :: softening_work
       !> nodes
       integer, intent(in) :: n
       !> it is the first equilibrium after a split: what the ledger lacks was released by it
@@ -106,7 +108,8 @@ contains
       self%strain = self%strain_energy(loads, motion, n)
       self%friction = self%friction + friction_work
       self%released_by_event = 0
-      if (at_event) self%released_by_event = before + work - self%strain - friction_work
+      if (at_event) self%released_by_event = before + work - self%strain - friction_work - (softening_work - self%softening)
+      self%softening = softening_work
       self%released = self%released + self%released_by_event
       if (self%falls .and. .not. at_event) self%damping = self%damping + before + work - self%strain - friction_work
       self%falls = .false.
