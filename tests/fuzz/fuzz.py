@@ -269,22 +269,25 @@ def campaign(options):
     slowest, began = (0.0, 0), time.monotonic()
     options.output.mkdir(parents=True, exist_ok=True)
     number = options.first
-    while number < options.first + options.runs:
-        if options.seconds and time.monotonic() - began > options.seconds:
-            break
-        case = make_case(seeds, options.seed, number)
-        start = sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
-        if check(case):
-            failures.append(number)
-            print(f"run {number} ({case.seed} {case.mode}): {case.problem}", flush=True)
-            if len(failures) <= options.most:
-                print(f"   kept in {keep(case, number, options.seed, options.output)}", flush=True)
-        else:
-            statuses["time out" if case.long else int(case.stderr)] += 1
-        slowest = max(slowest, (sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2]) - start, number))
-        number += 1
-        if sys.stderr.isatty():
-            print(f"\r{number - options.first} runs, {len(failures)} failed", end="", file=sys.stderr)
+    try:
+        while number < options.first + options.runs:
+            if options.seconds and time.monotonic() - began > options.seconds:
+                break
+            case = make_case(seeds, options.seed, number)
+            start = sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
+            if check(case):
+                failures.append(number)
+                print(f"run {number} ({case.seed} {case.mode}): {case.problem}", flush=True)
+                if len(failures) <= options.most:
+                    print(f"   kept in {keep(case, number, options.seed, options.output)}", flush=True)
+            else:
+                statuses["time out" if case.long else int(case.stderr)] += 1
+            slowest = max(slowest, (sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2]) - start, number))
+            number += 1
+            if sys.stderr.isatty():
+                print(f"\r{number - options.first} runs, {len(failures)} failed", end="", file=sys.stderr)
+    except KeyboardInterrupt:  # what was done until then is told
+        pass
     ends = ", ".join(f"{count} with {status}" for status, count in sorted(statuses.items(), key=str))
     print(
         f"fuzz: seed {options.seed}, {number - options.first} runs of {len(seeds)} decks, {len(failures)} failed; "
