@@ -152,3 +152,21 @@ def test_columns_that_cannot_be_drawn():
         rfem_collect.sweep_figure(rows, "Hh", "H")
     with pytest.raises(rfem_collect.ResultsError, match="mode has no numbers"):
         rfem_collect.sweep_figure(rows, "H", "mode")
+
+
+def test_the_commands_beside_the_program(sweep):
+    """rfem-collect and the like find their Python files from wherever they are called."""
+    folder = os.path.dirname(PROGRAM)
+    if not os.path.exists(os.path.join(folder, "rfem-collect")):
+        pytest.skip("this program stands alone")
+    for name in ("plot", "compare", "collect", "recover"):
+        command = [os.path.join(folder, f"rfem-{name}"), "--help"]
+        done = subprocess.run(
+            command,
+            env=environment(sweep, RFEM_PYTHON=sys.executable),
+            cwd=sweep,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0 and f"rfem_{name}.py" in done.stdout, done.stderr
