@@ -12,8 +12,8 @@ module rf_load_input
    use rf_material, only: material_t
    use rf_mesh, only: mesh_t
    use rf_mesh_input, only: mesh_input_t
+   use rf_removal_input, only: removal_t, has_edge
    use rf_text, only: to_text
-   use rf_topology, only: next_corner
    implicit none
    private
    public :: read_loads
@@ -31,6 +31,8 @@ module rf_load_input
       logical, allocatable :: replaced(:, :)
       !> the note about the direction out of the plane, or about gravity in it, has been given
       logical :: noted_dof = .false., noted_component = .false.
+      !> what steps take out of the body
+      type(removal_t), allocatable :: removals(:)
       !> of the present block: its amplitude; it says OP=NEW
       integer :: amplitude = 0
       logical :: is_new = .false.
@@ -43,7 +45,7 @@ module rf_load_input
 contains
 
    !> Read what holds and loads the body in all steps.
-   subroutine read_loads(deck, mesh_input, mesh, material, amplitudes, definitions, replaced, diagnostics)
+   subroutine read_loads(deck, mesh_input, mesh, material, amplitudes, definitions, replaced, diagnostics, removals)
       type(deck_t), intent(inout) :: deck
       type(mesh_input_t), intent(in) :: mesh_input
       !> with topology and sections
@@ -56,11 +58,15 @@ contains
       logical, allocatable, intent(out) :: replaced(:, :)
       !> errors of meaning; those of the lines come with deck%finish
       type(diagnostics_t), intent(inout) :: diagnostics
+      !> what steps take out of the body (absent: nothing)
+      type(removal_t), intent(in), optional :: removals(:)
       type(reading_t) :: reading
       associate (unused => diagnostics)
       end associate
       allocate (reading%list(16), reading%replaced(load_gravity, max(1, deck%step_count())))
       reading%replaced = .false.
+      allocate (reading%removals(0))
+      if (present(removals)) reading%removals = removals
       call read_amplitudes(deck, reading%curves, amplitudes)
       call read_supports(deck, mesh_input, reading)
       call read_forces(deck, mesh_input, reading)
@@ -399,7 +405,7 @@ contains
                call mesh_input%nodes%find_set(name, definition%set, problem)
                if (len(problem) > 0) then
                   call card%error(problem)
-               else if (.not. has_edge(mesh, definition%set)) then
+               else if (.not. has_edge(mesh, definition%set, reading%removals, card%step)) then
                   call card%error('no edge of the boundary has both ends in node set '//name)
                end if
             end if
@@ -408,20 +414,4 @@ contains
          end do
       end do
    end subroutine read_pressures
-
-   !> Whether a boundary edge has both ends in a node set.
-   pure logical function has_edge(mesh, set)
-      type(mesh_t), intent(in) :: mesh
-      integer, intent(in) :: set
-      integer :: e, k
-      has_edge = .true.
-      do e = 1, mesh%n_elements
-         do k = 1, 3
-            if (mesh%neighbour(k, e) /= 0) cycle
-            if (mesh%node_in_set(mesh%connectivity(k, e), set) .and. &
-                mesh%node_in_set(mesh%connectivity(next_corner(k), e), set)) return
-         end do
-      end do
-      has_edge = .false.
-   end function has_edge
 end module rf_load_input

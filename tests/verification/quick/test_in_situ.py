@@ -184,3 +184,42 @@ def test_sudden_excavation(tmp_path):
     assert np.max(np.abs(history["energy_error"])) < 1e-9
     assert history["kinetic_energy"][-1] == 0
     assert history["damping_work"][-1] > 0
+
+
+LINED = f"""\
+*MESH, SHAPE=RECTANGLE, ELSET=ROCK, PATTERN=CROSS
+0., 0., 20., 20., 10, 10
+*ELSET, ELSET=ROOM, BOX
+6., 14., 8., 14.
+*NSET, NSET=WALL, BOX
+6., 14., 8., 14.
+{ROCK}
+*INITIAL CONDITIONS, TYPE=STRESS
+ROCK, -5.E6, -5.E6, -2.5E6, 0.
+*BOUNDARY
+LEFT, 1, 1
+RIGHT, 1, 1
+BOTTOM, 2, 2
+TOP, 2, 2
+*STEP
+*STATIC
+*END STEP
+*STEP
+*STATIC
+0.25, 1.
+*MODEL CHANGE, REMOVE, TYPE=ELEMENT
+ROOM
+*PRESSURE
+WALL, 5.E6
+*END STEP
+"""
+
+
+def test_pressure_takes_over(tmp_path):
+    """Under equal pressure from all sides a room is taken out while a pressure on its wall grows in its place: at no
+    load factor anything moves."""
+    done = run_text(LINED, tmp_path)
+    assert (done.history["iterations"] == 0).all()
+    for frame in rfem_results.open_results(tmp_path / "in_situ").frames:
+        assert np.abs(frame.displacement).max() < 1e-12 * 20
+    assert done.history["elements"][-1] < done.history["elements"][0]
