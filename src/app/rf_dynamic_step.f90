@@ -147,6 +147,7 @@ contains
       call self%log%progress(self%model, self%position, self%steps(self%position%step)%n_increments, size(self%steps))
       associate (model => self%model, settings => self%model%failure%settings)
          if (.not. settings%on) return
+         call model%failure%shield(model%mesh, model%contact%bonds())
          call model%failure%look(model%mesh, model%material, model%motion)
          call find_reactions(self)        ! of the state before: the forces of this one are not known yet
          call self%watch_peak()
@@ -209,6 +210,7 @@ contains
          call model%dynamics%complete(model%mesh, model%loads, model%motion, model%energy)
          call model%failure%look(model%mesh, model%material, model%motion)
          call model%watch_slip()
+         call model%watch_softening()
       end associate
       call self%last%take(self%model)
       self%last%fraction = self%position%load_factor

@@ -134,7 +134,7 @@ contains
       if (.not. abs(self%model%energy%kinetic) > 0) return
       call self%log%line('step '//to_text(self%position%step)//' is static: the body is stopped; its kinetic energy, '// &
                          short(self%model%energy%kinetic)//', counts as damped')
-      call self%model%dynamics%end_step(self%model%energy)
+      call self%model%dynamics%end_step(self%model%contact, self%model%energy)
    end subroutine stop_moving
 
    !> Take out what the step removes. What later steps say of single nodes and elements follows the new numbers.

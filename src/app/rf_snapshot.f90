@@ -17,6 +17,8 @@ module rf_snapshot
       real(wp) :: largest_scale = 0
       !> supports [force], (2, nodes); contact impulses, (2, pairs), and their factor
       real(wp), allocatable :: reaction(:, :), impulse(:, :)
+      !> cracks that soften: cohesive impulses, (2, pairs), and separations, (pairs)
+      real(wp), allocatable :: cohesive(:, :), separation(:)
       real(wp) :: b = 0.5_wp
    contains
       procedure :: take, restore, interpolate
@@ -33,6 +35,8 @@ contains
       self%largest_scale = model%relaxation%largest_scale
       self%reaction = model%reaction
       self%impulse = model%contact%impulse(:, :model%contact%n_pairs)
+      self%cohesive = model%contact%cohesive%impulse(:, :model%contact%n_pairs)
+      self%separation = model%contact%cohesive%separation(:model%contact%n_pairs)
       self%b = model%relaxation%b
       self%valid = .true.
    end subroutine take
@@ -47,6 +51,8 @@ contains
       model%reaction = 0        ! copies that are younger than the reactions have none
       model%reaction(:, :size(self%reaction, 2)) = self%reaction
       model%contact%impulse(:, :size(self%impulse, 2)) = self%impulse
+      model%contact%cohesive%impulse(:, :size(self%cohesive, 2)) = self%cohesive
+      model%contact%cohesive%separation(:size(self%separation)) = self%separation
       model%relaxation%b = self%b
    end subroutine restore
 

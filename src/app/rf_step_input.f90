@@ -189,7 +189,6 @@ contains
    !> Name the keywords that this version does not run yet, and those that are passed over.
    subroutine declare_others(deck)
       type(deck_t), intent(inout) :: deck
-      call deck%later('SOFTENING', 'fracture energy')
       call deck%later('RESTART', 'checkpoints')
       call deck%skipped('NODE FILE')
       call deck%skipped('EL FILE')

@@ -99,8 +99,20 @@ contains
             if (model%slip_warning_node > 0) write (output_unit, '(a)') 'warning: the slip of the pair at node '// &
                to_text(model%mesh%node_id(model%slip_warning_node))//' exceeds 0.2 of the element size; node pairs hold for '// &
                'less'
+            call warn_of_steepness(model%steep_warning_node(1), 'opening', 'Gf_I/sigma_t^2')
+            call warn_of_steepness(model%steep_warning_node(2), 'slip', 'Gf_II/c^2')
          end associate
       end subroutine write_checks
+
+      !> Elements larger than what the fracture energy can be resolved with.
+      subroutine warn_of_steepness(node, motion, length)
+         integer, intent(in) :: node
+         !> of the faces; the material's length but for E
+         character(len=*), intent(in) :: motion, length
+         if (node == 0) return
+         write (output_unit, '(a)') 'warning: at node '//to_text(simulation%model%mesh%node_id(node))//' the elements are too '// &
+            'large for *SOFTENING in '//motion//' (about 2 E '//length//'): a crack there breaks at once, as without it'
+      end subroutine warn_of_steepness
 
       !> Ids of the first exhausted nodes.
       function exhausted_names() result(text)

@@ -6,7 +6,7 @@ module rf_failure
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
    use rf_renumber, only: renumbering_t, carry
-   use rf_topology, only: changes_t
+   use rf_topology, only: changes_t, side_nodes, elements_around
    use rf_material, only: material_t
    use rf_motion, only: motion_t
    use rf_stress_k, only: element_stresses, spread_largest
@@ -59,6 +59,10 @@ module rf_failure
       logical, allocatable :: no_split_node(:), no_split_element(:)
       !> the node has no admissible direction until its fan changes, (nodes)
       logical, allocatable :: exhausted(:)
+      !> a crack that softens goes through the node or beside it: it does not fail until that is broken, (nodes)
+      logical, allocatable :: shielded(:)
+      !> the tip of a crack that softens, (nodes)
+      logical, allocatable :: soft_tip(:)
       !> elements round the node have changed since the last look: its stress is not known, (nodes)
       logical, allocatable, private :: stale(:)
       !> tensile strength, cohesion, tangent of the friction angle of each element, (3, elements)
@@ -79,7 +83,7 @@ module rf_failure
       !> each node, (nodes)
       real(wp), allocatable, private :: element_bound(:), screen(:)
    contains
-      procedure :: prepare, adopt, renumber, look, look_everywhere, plan, plan_at, may_fail
+      procedure :: prepare, adopt, shield, renumber, look, look_everywhere, plan, plan_at, may_fail
       procedure, private :: reserve, stress_of_elements, set_strength, look_at_node, candidates, find_largest, note_out_of_plane
    end type failure_t
 
@@ -102,6 +106,8 @@ contains
       type(mesh_t), intent(in) :: mesh
       call grow(self%no_split_node, mesh%n_nodes)
       call grow(self%exhausted, mesh%n_nodes)
+      call grow(self%shielded, mesh%n_nodes)
+      call grow(self%soft_tip, mesh%n_nodes)
       call grow(self%stale, mesh%n_nodes)
       call grow(self%stress, mesh%n_nodes, 3)
       call grow(self%utilisation, mesh%n_nodes)
@@ -166,6 +172,8 @@ contains
       integer, intent(in) :: exposed(:)
       call carry(self%no_split_node, map%node_from)
       call carry(self%exhausted, map%node_from)
+      call carry(self%shielded, map%node_from)
+      call carry(self%soft_tip, map%node_from)
       call carry(self%stale, map%node_from)
       call carry(self%stress, map%node_from)
       call carry(self%utilisation, map%node_from)
@@ -181,6 +189,39 @@ contains
       self%exhausted(pack(exposed, exposed <= map%n_nodes)) = .false.
       if (self%out_of_plane_node > 0) self%out_of_plane_node = map%node(self%out_of_plane_node)
    end subroutine renumber
+
+   !> Nodes of a crack that cohesion still holds together, and those one ring beside it and before its tip, do not fail:
+   !> the traction there is bounded by the strength already, and the recovered stress is that strength within its error,
+   !> so that a second crack would run beside the first. The tip itself may fail.
+   subroutine shield(self, mesh, bonds)
+      class(failure_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      !> pairs of nodes that cohesion holds together, (2, pairs)
+      integer, intent(in) :: bonds(:, :)
+      integer, allocatable :: around(:)
+      logical, allocatable :: bonded(:)
+      integer :: s, i, k, n, nodes(2, 2)
+      self%shielded(:mesh%n_nodes) = .false.
+      self%soft_tip(:mesh%n_nodes) = .false.
+      if (size(bonds, 2) == 0) return
+      allocate (bonded(mesh%n_nodes), source=.false.)
+      do i = 1, size(bonds, 2)
+         bonded(bonds(:, i)) = .true.
+      end do
+      do s = 1, mesh%n_segments
+         nodes = side_nodes(mesh, s)
+         if (.not. any(bonded(nodes(:, 1)) .and. nodes(:, 1) /= nodes(:, 2))) cycle
+         do i = 1, 4
+            n = nodes(1 + mod(i, 2), 1 + mod(i/2, 2))
+            self%soft_tip(n) = nodes(1 + mod(i, 2), 1) == nodes(1 + mod(i, 2), 2)
+            call elements_around(mesh, n, around, k)
+            do k = k, 1, -1
+               self%shielded(mesh%connectivity(:, around(k))) = .true.
+            end do
+         end do
+      end do
+      where (self%soft_tip(:mesh%n_nodes)) self%shielded(:mesh%n_nodes) = .false.
+   end subroutine shield
 
    !> Stresses and utilisation of all elements.
    subroutine stress_of_elements(self, mesh, material, motion)
@@ -261,7 +302,7 @@ contains
       integer :: n
       allocate (wanted(mesh%n_nodes))
       do n = 1, mesh%n_nodes
-         wanted(n) = .not. (self%no_split_node(n) .or. self%exhausted(n) .or. mesh%hinge(n))
+         wanted(n) = .not. (self%no_split_node(n) .or. self%exhausted(n) .or. self%shielded(n) .or. mesh%hinge(n))
       end do
       threshold = screen_margin*min(1.0_wp, maxval(self%screen(:mesh%n_nodes), wanted))
       do n = 1, mesh%n_nodes
@@ -274,7 +315,8 @@ contains
          ! the node that the screen puts first may come out lower: those that could still be above what was found
          call self%find_largest(mesh)
          do n = 1, mesh%n_nodes
-            wanted(n) = .not. (wanted(n) .or. self%no_split_node(n) .or. self%exhausted(n) .or. mesh%hinge(n)) .and. &
+            wanted(n) = .not. (wanted(n) .or. self%no_split_node(n) .or. self%exhausted(n) .or. self%shielded(n) .or. &
+                               mesh%hinge(n)) .and. &
                         self%screen(n) > 0 .and. self%screen(n) >= screen_margin*min(1.0_wp, self%largest)
          end do
          if (any(wanted)) call look_at_nodes(self, mesh, material, wanted)
@@ -305,7 +347,7 @@ contains
          if (self%exhausted(n)) then
             self%n_exhausted = self%n_exhausted + 1
             self%largest_exhausted = max(self%largest_exhausted, self%utilisation(n))
-         else if (.not. (self%no_split_node(n) .or. mesh%hinge(n))) then
+         else if (.not. (self%no_split_node(n) .or. self%shielded(n) .or. mesh%hinge(n))) then
             self%largest = max(self%largest, self%utilisation(n))
          end if
       end do
@@ -335,13 +377,13 @@ contains
       integer, intent(in) :: node
       type(patch_work_t), intent(inout) :: work
       integer :: list(max_materials), n, i, attempt
-      real(wp) :: stress(3, 1), strength(3, 1), f(1)
+      real(wp) :: stress(3, 1), strength(3, 1), f(1), around(3)
       integer(i1) :: mode(1)
       call materials_at_node(mesh, material, node, work, list, n)
       do i = 1, n
          do attempt = 1, 2
             call node_stress(mesh, material, self%element_stress, self%element_strength, node, list(i), attempt == 1, work, &
-                             stress(:, 1), strength(:, 1))
+                             stress(:, 1), strength(:, 1), around)
             f = no_utilisation
             mode = mode_none
             if (self%strength(list(i))%given) call self%criterion(list(i))%law%utilisation(1, stress, strength, f, mode)
@@ -351,6 +393,8 @@ contains
          end do
          if (i > 1 .and. .not. f(1) > self%utilisation(node)) cycle
          self%stress(:, node) = stress(:, 1)
+         ! ahead of a crack that softens both principal stresses are the same: the stress around it tells the direction
+         if (self%soft_tip(node)) self%stress(:, node) = around
          self%utilisation(node) = f(1)
          self%mode(node) = mode(1)
          self%deciding_material(node) = list(i)
@@ -432,7 +476,7 @@ contains
       class(failure_t), intent(in) :: self
       type(mesh_t), intent(in) :: mesh
       integer, intent(in) :: node
-      may_fail = .not. (self%exhausted(node) .or. self%no_split_node(node) .or. mesh%hinge(node))
+      may_fail = .not. (self%exhausted(node) .or. self%shielded(node) .or. self%no_split_node(node) .or. mesh%hinge(node))
    end function may_fail
 
    !> The failing node with the largest utilisation; of those that tie the one with the lowest id. 0: nothing fails.

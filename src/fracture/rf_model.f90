@@ -50,6 +50,8 @@ module rf_model
       integer :: events = 0, events_tension = 0, events_shear = 0
       !> first node whose contact slipped by more than node pairs hold for (0: none)
       integer :: slip_warning_node = 0
+      !> first nodes at which elements are too large for the fracture energy, in opening and in slip (0: none)
+      integer :: steep_warning_node(2) = 0
       !> time of splitting
       type(stopwatch_t) :: watch
       !> what the last event changed
@@ -57,7 +59,7 @@ module rf_model
       !> what no split may change
       type(baseline_t), private :: baseline
    contains
-      procedure :: prepare, equilibrate, accept, split, remove, watch_slip
+      procedure :: prepare, equilibrate, accept, split, remove, watch_slip, watch_softening
       procedure, private :: check, follow_parted
    end type model_t
 
@@ -98,8 +100,11 @@ contains
       logical, intent(in) :: at_event
       real(wp) :: friction_work
       call self%contact%settle(self%motion, self%relaxation%b, friction_work)
-      call self%energy%accept(self%loads, self%motion, self%reaction, friction_work, self%mesh%n_nodes, at_event)
+      call self%energy%accept(self%loads, self%motion, self%reaction, friction_work, self%contact%cohesive%work(), &
+                              self%mesh%n_nodes, at_event)
+      call self%failure%shield(self%mesh, self%contact%bonds())
       call self%watch_slip()
+      call self%watch_softening()
    end subroutine accept
 
    !> Remember the first node whose contact slipped too far.
@@ -107,6 +112,16 @@ contains
       class(model_t), intent(inout) :: self
       if (self%slip_warning_node == 0) self%slip_warning_node = far_slipped_node(self)
    end subroutine watch_slip
+
+   !> Remember the first node of each mode at which softening was too steep for the mesh.
+   subroutine watch_softening(self)
+      class(model_t), intent(inout) :: self
+      integer :: i, p
+      do i = 1, 2
+         p = self%contact%cohesive%steep(i)
+         if (self%steep_warning_node(i) == 0 .and. p > 0) self%steep_warning_node(i) = self%contact%pair(1, p)
+      end do
+   end subroutine watch_softening
 
    !> The first node whose pair is in contact and has slipped by a good part of the element size; 0 if there is none.
    integer function far_slipped_node(self) result(node)
@@ -142,6 +157,7 @@ contains
       call self%pieces%find(self%mesh)
       call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
       call self%failure%adopt(self%mesh, self%material, self%changes)
+      call self%failure%shield(self%mesh, self%contact%bonds())
       call self%watch%stop()
       if (checked_build) call self%check()
    end subroutine split
@@ -169,11 +185,13 @@ contains
       call self%energy%renumber(map)
       call self%failure%renumber(map, exposed)
       call carry(self%reaction, map%node_from)
+      where (self%steep_warning_node > 0) self%steep_warning_node = map%node(max(1, self%steep_warning_node))
       if (self%slip_warning_node > 0) self%slip_warning_node = map%node(self%slip_warning_node)
       call self%follow_parted()
       if (falling) call let_fall(self%mesh, self%material, self%motion, self%contact, self%loads, self%reaction, &
                                  self%relaxation%b, exposed)
-      call self%energy%take_out(stored, exposed, self%loads, self%reaction, self%mesh%n_nodes)
+      call self%contact%cohesive%take_stock(self%contact%n_pairs)
+      call self%energy%take_out(stored, self%contact%cohesive%work(), exposed, self%loads, self%reaction, self%mesh%n_nodes)
       if (checked_build) call take_baseline(self%mesh, self%baseline)
       if (checked_build) call self%check()
    end subroutine remove
@@ -191,6 +209,7 @@ contains
       call self%contact%rebuild(self%mesh, self%material, self%motion, self%changes)
       call self%pieces%find(self%mesh)
       call self%failure%adopt(self%mesh, self%material, self%changes)
+      call self%failure%shield(self%mesh, self%contact%bonds())
       if (self%changes%n_nodes > 0) call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
    end subroutine follow_parted
 

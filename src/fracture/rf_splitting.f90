@@ -2,7 +2,7 @@
 !> sequences of the three operations of rf_topology; run-through inside (fig. 8) and at the boundary (fig. 9) need nothing
 !> more, because every node of the new crack is re-fanned at the end. A crack along an edge of the mesh bisects nothing.
 module rf_splitting
-   use rf_kinds, only: wp, i1
+   use rf_kinds, only: wp
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t, bisect_edge, crack_edge, refan_node, elements_around, corner_of, next_corner, &
       previous_corner
@@ -43,7 +43,7 @@ contains
          return
       end select
       do i = 1, n - 1
-         call crack_between(mesh, path(i), path(i + 1), split%mode, event, split%crack)
+         call crack_between(mesh, path(i), path(i + 1), split, event)
       end do
       do i = 1, n
          call refan_node(mesh, path(i), changes, copies)
@@ -189,13 +189,17 @@ contains
    end subroutine bisect_between
 
    !> Flag the edge between two nodes as cracked.
-   subroutine crack_between(mesh, a, b, mode, event, crack)
+   subroutine crack_between(mesh, a, b, split, event)
       type(mesh_t), intent(inout) :: mesh
-      integer, intent(in) :: a, b, event, crack
-      integer(i1), intent(in) :: mode
-      integer :: element, edge
+      integer, intent(in) :: a, b, event
+      type(split_t), intent(in) :: split
+      integer :: element, edge, before
+      real(wp) :: along(2)
       call locate_edge(mesh, a, b, 0, element, edge)
-      call crack_edge(mesh, element, edge, mode, event, crack)
+      before = mesh%n_segments
+      call crack_edge(mesh, element, edge, split%mode, event, split%crack)
+      along = mesh%x(:, b) - mesh%x(:, a)
+      if (mesh%n_segments > before) mesh%segment_straight(mesh%n_segments) = abs(dot_product(along, split%direction))/norm2(along)
    end subroutine crack_between
 
 end module rf_splitting

@@ -50,6 +50,7 @@ contains
       do s = 1, size(material%section)
          associate (section => material%section(s))
             if (.not. section%friction_given) section%friction = failure%strength(section%material)%tan_friction
+            section%strength = [failure%strength(section%material)%tensile, failure%strength(section%material)%cohesion]
          end associate
       end do
    end subroutine read_strengths

@@ -3,6 +3,7 @@
 !> convergence, groups in parallel, with the same bits for any number of threads.
 module rf_contact_k
    use rf_kinds, only: wp
+   use rf_cohesive_k, only: cohesive_pair_t, solve_pair
    implicit none
    private
    public :: contact_step, max_sweeps
@@ -17,8 +18,9 @@ contains
    !> Impulses that keep all pairs from interpenetrating and within Coulomb friction (theory: eqs. 17 to 22), applied
    !> to velocities and new displacements; residuals of the contact nodes with the contact forces in.
    subroutine contact_step(n_groups, group_pair, group_node, node, pair_node, normal, normal_weight, tangent_weight, &
-                           friction, cohesion, slip_reference, tolerance, b, counted, inverse_mass, free_x, free_y, &
-                           ux, uy, wx, wy, vx, vy, rx, ry, impulse, force, partial)
+                           friction, cohesion, slip_reference, bonded, rigid, cap, critical, damage, tolerance, b, counted, &
+                           inverse_mass, free_x, free_y, ux, uy, wx, wy, vx, vy, rx, ry, impulse, cohesive, separation, &
+                           force, partial)
       integer, intent(in) :: n_groups
       !> first pair and first contact node of each group, (groups + 1)
       integer, intent(in), contiguous :: group_pair(:), group_node(:)
@@ -30,6 +32,11 @@ contains
       real(wp), intent(in), contiguous :: normal_weight(:), tangent_weight(:)
       !> coefficient of friction [-], cohesive force [force], slip at which the friction force is zero-based [length]
       real(wp), intent(in), contiguous :: friction(:), cohesion(:), slip_reference(:)
+      !> the pair softens; it is new and bears what holds it together, (pairs)
+      logical, intent(in), contiguous :: bonded(:), rigid(:)
+      !> softening pairs: force of the full strength [force] and jump at which nothing is left [length], opening and slip,
+      !> (2, pairs); largest separation of any accepted state [-], (pairs)
+      real(wp), intent(in), contiguous :: cap(:, :), critical(:, :), damage(:)
       !> largest change of an impulse in the last sweep, relative to the group's largest impulse
       real(wp), intent(in) :: tolerance
       !> factor of r/m in the velocity update: a force F is the impulse b F
@@ -41,6 +48,8 @@ contains
       real(wp), intent(in), contiguous :: rx(:), ry(:)
       !> normal and tangential impulse of each pair, (2, pairs)
       real(wp), intent(inout), contiguous :: impulse(:, :)
+      !> softening pairs: the cohesive part of it, (2, pairs), and the separation, (pairs)
+      real(wp), intent(inout), contiguous :: cohesive(:, :), separation(:)
       !> contact force on each contact node [force], (2, contact nodes)
       real(wp), intent(inout), contiguous :: force(:, :)
       !> |r|^2 over free and over supported directions of each group, (2, groups)
@@ -49,12 +58,12 @@ contains
 
       !$omp parallel do default(none) schedule(static) if (n_groups >= groups_for_threads) &
       !$omp    shared(n_groups, group_pair, group_node, node, pair_node, normal, normal_weight, tangent_weight, friction, &
-      !$omp           cohesion, slip_reference, tolerance, b, counted, inverse_mass, free_x, free_y, ux, uy, wx, wy, vx, &
-      !$omp           vy, rx, ry, impulse, force, partial) private(g)
+      !$omp           cohesion, slip_reference, bonded, rigid, cap, critical, damage, tolerance, b, counted, inverse_mass, &
+      !$omp           free_x, free_y, ux, uy, wx, wy, vx, vy, rx, ry, impulse, cohesive, separation, force, partial) private(g)
       do g = 1, n_groups
          call sweep_group(group_pair(g), group_pair(g + 1) - 1, node, pair_node, normal, normal_weight, tangent_weight, &
-                          friction, cohesion, slip_reference, tolerance, b, inverse_mass, free_x, free_y, ux, uy, vx, vy, &
-                          impulse)
+                          friction, cohesion, slip_reference, bonded, rigid, cap, critical, damage, tolerance, b, &
+                          inverse_mass, free_x, free_y, ux, uy, vx, vy, impulse, cohesive, separation)
          call add_forces(group_pair(g), group_pair(g + 1) - 1, group_node(g), group_node(g + 1) - 1, node, pair_node, &
                          normal, b, counted, free_x, free_y, ux, uy, wx, wy, vx, vy, rx, ry, impulse, force, partial(:, g))
       end do
@@ -63,15 +72,18 @@ contains
 
    !> Sweep one group of pairs until its impulses stand.
    subroutine sweep_group(first, last, node, pair_node, normal, normal_weight, tangent_weight, friction, cohesion, &
-                          slip_reference, tolerance, b, inverse_mass, free_x, free_y, ux, uy, vx, vy, impulse)
+                          slip_reference, bonded, rigid, cap, critical, damage, tolerance, b, inverse_mass, free_x, free_y, &
+                          ux, uy, vx, vy, impulse, cohesive, separation)
       !> pairs of the group
       integer, intent(in) :: first, last
       !> see contact_step; without descriptors, which cost as much as the sweep of a lone pair
       integer, intent(in) :: node(*), pair_node(2, *)
       real(wp), intent(in) :: normal(2, *), normal_weight(*), tangent_weight(*), friction(*), cohesion(*)
-      real(wp), intent(in) :: slip_reference(*), tolerance, b, inverse_mass(*), free_x(*), free_y(*), ux(*), uy(*)
-      real(wp), intent(inout) :: vx(*), vy(*), impulse(2, *)
-      real(wp) :: change, largest, now, before, cap, nx, ny, x, y
+      logical, intent(in) :: bonded(*), rigid(*)
+      real(wp), intent(in) :: slip_reference(*), cap(2, *), critical(2, *), damage(*), tolerance, b, inverse_mass(*)
+      real(wp), intent(in) :: free_x(*), free_y(*), ux(*), uy(*)
+      real(wp), intent(inout) :: vx(*), vy(*), impulse(2, *), cohesive(2, *), separation(*)
+      real(wp) :: change, largest, now, before, bound, nx, ny, x, y
       integer :: sweep, p, i, j
       impulse(:, first:last) = 0
       do sweep = 1, max_sweeps
@@ -82,6 +94,10 @@ contains
             j = node(pair_node(2, p))
             nx = normal(1, p)
             ny = normal(2, p)
+            if (bonded(p)) then
+               call soften()
+               cycle
+            end if
             x = ux(j) - ux(i) + (vx(j) - vx(i))
             y = uy(j) - uy(i) + (vy(j) - vy(i))
             if (normal_weight(p) > 0) then
@@ -95,11 +111,11 @@ contains
             if (tangent_weight(p) > 0) then      ! the tangent is (-ny, nx)
                x = ux(j) - ux(i) + (vx(j) - vx(i))
                y = uy(j) - uy(i) + (vy(j) - vy(i))
-               cap = friction(p)*impulse(1, p)
-               if (impulse(1, p) > 0) cap = cap + b*cohesion(p)
+               bound = friction(p)*impulse(1, p)
+               if (impulse(1, p) > 0) bound = bound + b*cohesion(p)
                before = impulse(2, p)
                now = before - (nx*y - ny*x - slip_reference(p))/tangent_weight(p)
-               now = min(cap, max(-cap, now))
+               now = min(bound, max(-bound, now))
                impulse(2, p) = now
                call push(i, j, -ny*(now - before), nx*(now - before))
                change = max(change, abs(now - before))
@@ -109,6 +125,30 @@ contains
       end do
 
    contains
+
+      !> A pair that softens: both impulses at once.
+      subroutine soften()
+         type(cohesive_pair_t) :: pair
+         real(wp) :: jump(2), next(2)
+         x = ux(j) - ux(i) + (vx(j) - vx(i))
+         y = uy(j) - uy(i) + (vy(j) - vy(i))
+         jump = [nx*x + ny*y, nx*y - ny*x]
+         pair%weight = [normal_weight(p), tangent_weight(p)]
+         pair%free = jump - pair%weight*impulse(:, p)
+         pair%cap = b*cap(:, p)
+         pair%critical = critical(:, p)
+         pair%damage = damage(p)
+         pair%rigid = rigid(p)
+         pair%friction = friction(p)
+         pair%bond = b*cohesion(p)
+         pair%slip_reference = slip_reference(p)
+         call solve_pair(pair, next, cohesive(:, p), separation(p))
+         jump = next - impulse(:, p)
+         impulse(:, p) = next
+         call push(i, j, nx*jump(1) - ny*jump(2), ny*jump(1) + nx*jump(2))
+         change = max(change, maxval(abs(jump)))
+         largest = max(largest, maxval(abs(next)))
+      end subroutine soften
 
       !> One sweep solves a lone pair whose nodes are equally free in both directions: its tangential impulse leaves the
       !> normal one as it is.

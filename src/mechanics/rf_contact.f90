@@ -9,12 +9,15 @@ module rf_contact
    use rf_topology, only: side_nodes, changes_t
    use rf_material, only: material_t
    use rf_motion, only: motion_t
+   use rf_cohesive, only: cohesive_t
    implicit none
    private
    public :: contact_t, pair_open, pair_slip, pair_stick
 
    !> states of a pair
    integer, parameter :: pair_open = 0, pair_slip = 1, pair_stick = 2
+   !> mode of a crack segment that came by tension
+   integer, parameter :: segment_tension = 1
    !> friction force, relative to its limit, from which a pair counts as slipping
    real(wp), parameter :: slip_threshold = 1.0_wp - 1.0e-9_wp
 
@@ -30,6 +33,8 @@ module rf_contact
       real(wp), allocatable :: friction(:), cohesion(:), cohesive_force(:)
       !> the pair has slipped or opened at a converged state: its cohesion is gone
       logical, allocatable :: broken(:)
+      !> what cracks that soften bear
+      type(cohesive_t) :: cohesive
       !> slip from which friction is measured: that of the last converged state [length]
       real(wp), allocatable :: slip_reference(:)
       !> normal and tangential impulse of the last step, (2, pairs)
@@ -48,7 +53,7 @@ module rf_contact
       integer(i8), allocatable, private :: key(:)
       integer, allocatable, private :: by_key(:)
    contains
-      procedure :: rebuild, renumber, node_force, weigh, find_pair, gap, slip, settle, traction, state
+      procedure :: rebuild, renumber, node_force, weigh, find_pair, gap, slip, settle, traction, state, bonds
    end type contact_t
 
 contains
@@ -63,7 +68,7 @@ contains
       !> what the split changed (absent at the start)
       type(changes_t), intent(in), optional :: changes
       type(contact_t) :: old
-      integer :: p, q
+      integer :: p, q, i, ancestor(2)
       old%n_pairs = self%n_pairs
       if (old%n_pairs > 0) then
          call move_alloc(self%key, old%key)
@@ -72,6 +77,7 @@ contains
          old%normal = self%normal(:, :self%n_pairs)
          old%slip_reference = self%slip_reference(:self%n_pairs)
          old%impulse = self%impulse(:, :self%n_pairs)
+         old%cohesive = self%cohesive
       end if
       call collect_pairs(self, mesh, material)
       call group_pairs(self)
@@ -84,17 +90,29 @@ contains
             self%broken(p) = old%broken(q)
             self%impulse(:, p) = old%impulse(:, q)
             if (all(abs(old%normal(:, q) - self%normal(:, p)) <= epsilon(1.0_wp))) self%slip_reference(p) = old%slip_reference(q)
-         else if (present(changes)) then
-            self%broken(p) = inherited_break(old, changes, self%pair(:, p))
+            call self%cohesive%inherit(p, old%cohesive, [q])
+            cycle
+         end if
+         ancestor = 0
+         if (present(changes)) ancestor = ancestors(old, changes, self%pair(:, p))
+         do i = 1, 2
+            if (ancestor(i) > 0) self%broken(p) = self%broken(p) .or. old%broken(ancestor(i))
+         end do
+         if (all(ancestor == 0)) then
+            call self%cohesive%start(p, rigid=present(changes))
+         else
+            call self%cohesive%inherit(p, old%cohesive, ancestor)
          end if
       end do
    end subroutine rebuild
 
-   !> Whether a pair of new nodes lies on a crack that had lost its cohesion.
-   logical function inherited_break(old, changes, pair) result(broken)
+   !> The old pairs that a pair of new nodes lies on or between: the same one twice for copies, one for each end of a
+   !> bisected crack edge (0: a tip); none on a new crack.
+   function ancestors(old, changes, pair) result(found)
       type(contact_t), intent(in) :: old
       type(changes_t), intent(in) :: changes
       integer, intent(in) :: pair(2)
+      integer :: found(2)
       integer :: i, q, from(2, 2), side
       from(:, 1) = pair(1)
       from(:, 2) = pair(2)
@@ -105,14 +123,14 @@ contains
             end where
          end do
       end do
-      broken = .false.
+      found = 0
       do i = 1, 2
          do side = 1, 2
             q = old%find_pair(from(i, 1), from(side, 2))
-            if (q > 0) broken = broken .or. old%broken(q)
+            if (q > 0) found(i) = q
          end do
       end do
-   end function inherited_break
+   end function ancestors
 
    !> Pairs across all crack segments: one for each two nodes that face each other, normals weighted by length.
    subroutine collect_pairs(self, mesh, material)
@@ -147,6 +165,9 @@ contains
       self%n_pairs = p
       do p = 1, self%n_pairs
          self%normal(:, p) = self%normal(:, p)/norm2(self%normal(:, p))
+         if (.not. self%cohesive%area(p) > 0) cycle
+         self%cohesive%energy(:, p) = self%cohesive%energy(:, p)/self%cohesive%area(p)
+         self%cohesive%strength(:, p) = self%cohesive%strength(:, p)/self%cohesive%area(p)
       end do
 
    contains
@@ -159,6 +180,9 @@ contains
          self%area(p) = 0
          self%friction(p) = huge(1.0_wp)
          self%cohesion(p) = huge(1.0_wp)
+         self%cohesive%area(p) = 0
+         self%cohesive%energy(:, p) = 0
+         self%cohesive%strength(:, p) = 0
       end subroutine start_pair
 
       !> Half the segment belongs to the pair. Friction and cohesion are those of the crack if it has its own, else those of
@@ -166,7 +190,7 @@ contains
       subroutine add_segment(s)
          integer, intent(in) :: s
          integer :: ends(2, 2), side, e, crack
-         real(wp) :: along(2), sense
+         real(wp) :: along(2), sense, area
          ends = side_nodes(mesh, s)
          along = mesh%x(:, ends(2, 1)) - mesh%x(:, ends(1, 1))
          sense = merge(1.0_wp, -1.0_wp, any(ends(:, 1) == self%pair(1, p)))
@@ -183,8 +207,37 @@ contains
             self%friction(p) = min(self%friction(p), material%surface(crack)%friction)
             self%cohesion(p) = min(self%cohesion(p), material%surface(crack)%cohesion)
          end if
-         self%area(p) = self%area(p) + 0.5_wp*norm2(along)*material%section(e)%thickness
+         area = 0.5_wp*norm2(along)*material%section(e)%thickness
+         self%area(p) = self%area(p) + area
+         ! what was a crack before the run has nothing to soften
+         if (crack == 0) call soften_segment(s, mesh%segment_straight(s)*area)
       end subroutine add_segment
+
+      !> A segment that softens: of two materials the smaller fracture energy and strength count; the pair gets means over
+      !> its segments.
+      subroutine soften_segment(s, area)
+         integer, intent(in) :: s
+         !> the pair's part, along the ray that the segment stands for [length^2]
+         real(wp), intent(in) :: area
+         real(wp) :: energy(2), strength(2)
+         integer :: side, e
+         energy = huge(1.0_wp)
+         strength = huge(1.0_wp)
+         do side = 1, 2
+            e = mesh%segment_element(side, s)
+            associate (section => material%section(mesh%section(e)))
+               energy = min(energy, section%fracture_energy)
+               if (all(section%strength > 0)) strength = min(strength, section%strength*material%strength_factor(e))
+            end associate
+         end do
+         if (.not. all(energy > 0) .or. all(strength >= huge(1.0_wp))) return
+         ! a crack that came by tension follows the mesh in zigzag: its jump is opening to the body, whatever the segment's
+         ! direction, so its slip must not meet more resistance
+         if (mesh%segment_mode(s) == segment_tension) strength(2) = min(strength(1), strength(2))
+         self%cohesive%area(p) = self%cohesive%area(p) + area
+         self%cohesive%energy(:, p) = self%cohesive%energy(:, p) + area*energy
+         self%cohesive%strength(:, p) = self%cohesive%strength(:, p) + area*strength
+      end subroutine soften_segment
 
    end subroutine collect_pairs
 
@@ -210,6 +263,7 @@ contains
       call grow(self%pair_node, n, 2)
       call grow(self%node, 2*n)
       call grow(self%force, 2*n, 2)
+      call self%cohesive%reserve(n)
    end subroutine reserve_pairs
 
    !> Put pairs that share nodes together, in the order of the lowest pair of each group, and number their nodes.
@@ -277,6 +331,7 @@ contains
       self%area(:n) = self%area(order)
       self%friction(:n) = self%friction(order)
       self%cohesion(:n) = self%cohesion(order)
+      call self%cohesive%permute(order)
    end subroutine permute_pairs
 
    !> Contact nodes group by group, and where each group begins.
@@ -367,6 +422,7 @@ contains
       call carry(self%normal_weight, stay)
       call carry(self%tangent_weight, stay)
       call carry(self%pair_node, stay)
+      call self%cohesive%keep(stay)
       self%n_pairs = size(stay)
       do p = 1, self%n_pairs
          if (self%pair(1, p) < self%pair(2, p)) cycle
@@ -413,7 +469,16 @@ contains
          ! cannot bear two conditions (they would push each other up without end), and not interpenetrating comes first.
          if (.not. (sx > 0 .and. sy > 0)) self%tangent_weight(p) = 0
       end do
+      call self%cohesive%weigh(self%n_pairs, self%normal_weight, self%tangent_weight)
    end subroutine weigh
+
+   !> Pairs that cohesion still holds together, (2, pairs). After weigh.
+   pure function bonds(self)
+      class(contact_t), intent(in) :: self
+      integer, allocatable :: bonds(:, :)
+      integer :: p
+      bonds = self%pair(:, pack([(p, p=1, self%n_pairs)], self%cohesive%bonded(:self%n_pairs)))
+   end function bonds
 
    !> Opening of a pair [length].
    pure real(wp) function gap(self, motion, p)
@@ -440,16 +505,19 @@ contains
       !> factor of the residual in the step's update
       real(wp), intent(in) :: b
       real(wp) :: cap
-      if (.not. self%impulse(1, p) > 0) then
+      if (self%cohesive%is_held(p)) then
+         state = pair_stick
+         return
+      else if (.not. self%impulse(1, p) > 0) then
          state = pair_open
          return
       end if
       cap = self%friction(p)*self%impulse(1, p)
       cap = cap + b*self%cohesive_force(p)
-      state = merge(pair_slip, pair_stick, abs(self%impulse(2, p)) >= slip_threshold*cap)
+      state = merge(pair_slip, pair_stick, abs(self%impulse(2, p) - self%cohesive%impulse(2, p)) >= slip_threshold*cap)
    end function state
 
-   !> Traction forces of a pair: normal (pressing, >= 0) and tangential on b [force].
+   !> Traction forces of a pair: normal (pressing; negative where cohesion pulls) and tangential on b [force].
    pure function traction(self, p, b) result(force)
       class(contact_t), intent(in) :: self
       integer, intent(in) :: p
@@ -460,7 +528,8 @@ contains
    end function traction
 
    !> A converged state is accepted: slipping and open pairs measure friction from here on, and have lost their
-   !> cohesion (theory: eq. 23). Returns the work done against friction since the last one: traction at the end times slip.
+   !> cohesion (theory: eq. 23); what softens is damaged to where it is.
+   !> Returns the work done against friction since the last one: traction at the end times slip.
    subroutine settle(self, motion, b, friction_work)
       class(contact_t), intent(inout) :: self
       type(motion_t), intent(in) :: motion
@@ -469,14 +538,16 @@ contains
       !> [force length]
       real(wp), intent(out) :: friction_work
       integer :: p, how
-      real(wp) :: s, f(2)
+      real(wp) :: s, friction
       friction_work = 0
+      self%cohesive%stored = 0
       do p = 1, self%n_pairs
          how = self%state(p, b)
-         if (how == pair_stick) cycle
          s = self%slip(motion, p)
-         f = self%traction(p, b)
-         friction_work = friction_work - f(2)*(s - self%slip_reference(p))
+         call self%cohesive%settle(p, [self%gap(motion, p), s])
+         if (how == pair_stick) cycle
+         friction = (self%impulse(2, p) - self%cohesive%impulse(2, p))/b
+         friction_work = friction_work - friction*(s - self%slip_reference(p))
          self%slip_reference(p) = s
          self%broken(p) = .true.
       end do

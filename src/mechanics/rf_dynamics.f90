@@ -293,9 +293,13 @@ contains
       if (contact%n_pairs > 0) then
          call contact_step(contact%n_groups, contact%group_pair, contact%group_node, contact%node, contact%pair_node, &
                            contact%normal, contact%normal_weight, contact%tangent_weight, contact%friction, &
-                           contact%cohesive_force, contact%slip_reference, contact_tolerance, 1.0_wp, self%ones, &
-                           self%inverse_mass, loads%free_x, loads%free_y, motion%ux, motion%uy, motion%wx, motion%wy, &
-                           motion%vx, motion%vy, motion%rx, motion%ry, contact%impulse, contact%force, contact%partial)
+                           contact%cohesive_force, contact%slip_reference, contact%cohesive%bonded, &
+                           contact%cohesive%rigid, contact%cohesive%cap, contact%cohesive%critical, contact%cohesive%damage, &
+                           contact_tolerance, 1.0_wp, self%ones, self%inverse_mass, loads%free_x, loads%free_y, &
+                           motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, motion%rx, motion%ry, &
+                           contact%impulse, contact%cohesive%impulse, contact%cohesive%separation, contact%force, &
+                           contact%partial)
+         call contact%cohesive%release(contact%n_pairs)
       end if
       call self%drive(motion)       ! contact forms displacements anew from velocities: not to the last bit
       call self%find_moving_forces(contact, loads, motion)
@@ -383,7 +387,7 @@ contains
       type(energy_t), intent(inout) :: energy
       !> the half before the state, else the one after it
       logical, intent(in) :: before
-      real(wp) :: part, v(2), work(2), moved
+      real(wp) :: part, v(2), rate(2), work(3), moved
       integer :: k, p, a, b
       part = 0.5_wp
       if (before) part = 0.5_wp*self%last_time_step/self%time_step
@@ -394,7 +398,7 @@ contains
       end do
       work = 0
       do p = 1, contact%n_pairs
-         if (.not. contact%impulse(1, p) > 0) cycle
+         if (.not. (contact%impulse(1, p) > 0 .or. contact%cohesive%bonded(p))) cycle
          if (before) then
             v = self%old_contact(:, contact%pair_node(2, p)) - self%old_contact(:, contact%pair_node(1, p))
          else
@@ -402,11 +406,13 @@ contains
             b = contact%pair(2, p)
             v = [motion%vx(b) - motion%vx(a), motion%vy(b) - motion%vy(a)]
          end if
-         work(1) = work(1) + contact%impulse(1, p)*(contact%normal(1, p)*v(1) + contact%normal(2, p)*v(2))
-         work(2) = work(2) + contact%impulse(2, p)*(contact%normal(1, p)*v(2) - contact%normal(2, p)*v(1))
+         rate = [contact%normal(1, p)*v(1) + contact%normal(2, p)*v(2), contact%normal(1, p)*v(2) - contact%normal(2, p)*v(1)]
+         work(1:2) = work(1:2) + (contact%impulse(:, p) - contact%cohesive%impulse(:, p))*rate
+         work(3) = work(3) + dot_product(contact%cohesive%impulse(:, p), rate)
       end do
       energy%damping = energy%damping - part*work(1)
       energy%friction = energy%friction - part*work(2)
+      energy%softening = energy%softening - part*work(3)
       if (self%damped) energy%damping = energy%damping + part*damping_work(self, mesh%n_nodes, motion, before)
    end subroutine book_half
 
@@ -505,7 +511,10 @@ contains
       call self%book_half(mesh, contact, motion, energy, before=.false.)
       call swap(motion%ux, motion%wx)
       call swap(motion%uy, motion%wy)
+      contact%cohesive%stored = 0
       do p = 1, contact%n_pairs
+         call contact%cohesive%settle(p, [contact%gap(motion, p), contact%slip(motion, p)])
+         if (.not. contact%cohesive%bonded(p)) contact%cohesive%impulse(:, p) = 0
          if (contact%state(p, 1.0_wp) == pair_stick) cycle
          contact%slip_reference(p) = contact%slip(motion, p)
          contact%broken(p) = .true.
@@ -531,11 +540,14 @@ contains
       kinetic = 0.5_wp*kinetic/self%time_step**2
    end function kinetic_energy_before
 
-   !> A static step follows: the body stops, and its kinetic energy counts as damped away.
-   subroutine end_step(self, energy)
+   !> A static step follows: the body stops, and its kinetic energy counts as damped away; so does what the work against
+   !> cohesion, booked step by step, differs from the energy of its law, which static steps go on with.
+   subroutine end_step(self, contact, energy)
       class(dynamics_t), intent(inout) :: self
+      type(contact_t), intent(in) :: contact
       type(energy_t), intent(inout) :: energy
-      energy%damping = energy%damping + energy%kinetic
+      energy%damping = energy%damping + energy%kinetic + (energy%softening - contact%cohesive%work())
+      energy%softening = contact%cohesive%work()
       energy%kinetic = 0
       energy%falls = .true.
       self%velocity = 0

@@ -5,10 +5,12 @@ module rf_load_input
    use rf_amplitude, only: amplitude_t
    use rf_amplitude_input, only: read_amplitudes
    use rf_catalogue, only: catalogue_t, selection_t
+   use rf_crack_input, only: crack_list_t
    use rf_deck, only: deck_t, card_t, in_step, in_both
    use rf_deck_rules, only: name_table_t
    use rf_diagnostics, only: diagnostics_t
-   use rf_loads, only: load_definition_t, load_support, load_force, load_element_face, load_edges, load_gravity
+   use rf_loads, only: load_definition_t, load_support, load_force, load_element_face, load_edges, load_gravity, &
+      load_crack, load_kinds
    use rf_material, only: material_t
    use rf_mesh, only: mesh_t
    use rf_mesh_input, only: mesh_input_t
@@ -45,16 +47,18 @@ module rf_load_input
 contains
 
    !> Read what holds and loads the body in all steps.
-   subroutine read_loads(deck, mesh_input, mesh, material, amplitudes, definitions, replaced, diagnostics, removals)
+   subroutine read_loads(deck, mesh_input, cracks, mesh, material, amplitudes, definitions, replaced, diagnostics, &
+                         removals)
       type(deck_t), intent(inout) :: deck
       type(mesh_input_t), intent(in) :: mesh_input
+      type(crack_list_t), intent(in) :: cracks
       !> with topology and sections
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
       type(amplitude_t), allocatable, intent(out) :: amplitudes(:)
       !> in the order of steps (step 0: before the first), within a step in the deck's for each keyword
       type(load_definition_t), allocatable, intent(out) :: definitions(:)
-      !> the step says OP=NEW for a kind, (load_gravity, steps)
+      !> the step says OP=NEW for a kind, (kinds, steps)
       logical, allocatable, intent(out) :: replaced(:, :)
       !> errors of meaning; those of the lines come with deck%finish
       type(diagnostics_t), intent(inout) :: diagnostics
@@ -63,7 +67,7 @@ contains
       type(reading_t) :: reading
       associate (unused => diagnostics)
       end associate
-      allocate (reading%list(16), reading%replaced(load_gravity, max(1, deck%step_count())))
+      allocate (reading%list(16), reading%replaced(load_kinds, max(1, deck%step_count())))
       reading%replaced = .false.
       allocate (reading%removals(0))
       if (present(removals)) reading%removals = removals
@@ -71,7 +75,7 @@ contains
       call read_supports(deck, mesh_input, reading)
       call read_forces(deck, mesh_input, reading)
       call read_distributed(deck, mesh_input, mesh, material, reading)
-      call read_pressures(deck, mesh_input, mesh, reading)
+      call read_pressures(deck, mesh_input, cracks, mesh, reading)
       call reading%sorted(definitions)
       replaced = reading%replaced(:, :deck%step_count())
    end subroutine read_loads
@@ -382,36 +386,60 @@ contains
       end do
    end function material_without_density
 
-   !> `*PRESSURE`: pressure on all boundary edges between nodes of a set.
-   subroutine read_pressures(deck, mesh_input, mesh, reading)
+   !> `*PRESSURE`: pressure on all boundary edges between nodes of a set, or in a crack.
+   subroutine read_pressures(deck, mesh_input, cracks, mesh, reading)
       type(deck_t), intent(inout) :: deck
       type(mesh_input_t), intent(in) :: mesh_input
+      type(crack_list_t), intent(in) :: cracks
       type(mesh_t), intent(in) :: mesh
       type(reading_t), intent(inout) :: reading
       type(card_t) :: card
       type(load_definition_t) :: definition
-      character(len=:), allocatable :: name, follow, problem
-      call deck%open(card, 'PRESSURE', where=in_step, about='pressure on every boundary edge that has both ends in a set of nodes')
+      character(len=:), allocatable :: name, follow
+      call deck%open(card, 'PRESSURE', where=in_step, about='pressure on every boundary edge that has both ends in a set of '// &
+                     'nodes, or on both faces of a *CRACK, which it pushes apart')
       do while (deck%next(card))
-         call reading%begin_block(card, [load_edges])
-         call card%get_word('FOLLOW', follow, allowed='NO', default='NO', later='YES', &
-                            about='faces that come by breaking carry none')
-         if (.not. reading%has_line(card, 'node set, pressure')) cycle
+         call reading%begin_block(card, [load_edges, load_crack])
+         call card%get_word('FOLLOW', follow, allowed='YES NO', default='NO', about='YES: pressure in a crack also acts on the '// &
+                            'faces that break from it, as soon as they are connected with it; NO: new faces carry none')
+         if (.not. reading%has_line(card, 'node set or crack, pressure')) cycle
          do
-            definition = load_definition_t(kind=load_edges)
-            call card%field_name('node set', name, about='set of nodes')
-            call card%field_real('pressure', definition%value, unit='stress', about='positive pushes in')
-            if (.not. (card%line_failed .or. card%describing())) then
-               call mesh_input%nodes%find_set(name, definition%set, problem)
-               if (len(problem) > 0) then
-                  call card%error(problem)
-               else if (.not. has_edge(mesh, definition%set, reading%removals, card%step)) then
-                  call card%error('no edge of the boundary has both ends in node set '//name)
-               end if
-            end if
+            definition = load_definition_t(kind=load_edges, follow=follow == 'YES')
+            call card%field_name('node set or crack', name, about='set of nodes, or name of a *CRACK')
+            call card%field_real('pressure', definition%value, unit='stress', about='positive pushes in; in a crack: apart')
+            if (.not. (card%line_failed .or. card%describing())) &
+               call find_pressed(card, mesh_input, cracks, mesh, reading%removals, name, definition)
             call reading%add(card, definition)
             if (.not. card%line()) exit
          end do
       end do
    end subroutine read_pressures
+
+   !> What a *PRESSURE acts on: a crack of that name, or else a set of nodes.
+   subroutine find_pressed(card, mesh_input, cracks, mesh, removals, name, definition)
+      type(card_t), intent(inout) :: card
+      type(mesh_input_t), intent(in) :: mesh_input
+      type(crack_list_t), intent(in) :: cracks
+      type(mesh_t), intent(in) :: mesh
+      !> what steps take out of the body
+      type(removal_t), intent(in) :: removals(:)
+      character(len=*), intent(in) :: name
+      !> gets the crack or the set
+      type(load_definition_t), intent(inout) :: definition
+      character(len=:), allocatable :: problem
+      call mesh_input%nodes%find_set(name, definition%set, problem)
+      definition%entity = cracks%names%find(name)
+      if (definition%entity > 0) then
+         definition%kind = load_crack
+         if (definition%set > 0) call card%error(name//' is both a node set and a crack: *PRESSURE does not know which is meant')
+         definition%set = 0
+      else if (len(problem) > 0) then
+         if (cracks%names%n > 0) problem = problem//', and '//cracks%names%unknown('crack', name)
+         call card%error(problem)
+      else if (definition%follow) then
+         call card%error('FOLLOW=YES belongs to pressure in a *CRACK: '//name//' is a node set')
+      else if (.not. has_edge(mesh, definition%set, removals, card%step)) then
+         call card%error('no edge of the boundary has both ends in node set '//name)
+      end if
+   end subroutine find_pressed
 end module rf_load_input

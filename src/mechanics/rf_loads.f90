@@ -10,13 +10,17 @@ module rf_loads
    use rf_renumber, only: renumbering_t, carry
    use rf_material, only: material_t
    use rf_amplitude, only: amplitude_t
+   use rf_crack_pressure, only: pressed_segments, press_segments
    implicit none
    private
    public :: loads_t, load_definition_t, ramp_t, renumber_definition
-   public :: load_support, load_force, load_element_face, load_edges, load_gravity
+   public :: load_support, load_force, load_element_face, load_edges, load_gravity, load_crack, load_kinds
 
    !> kinds of definitions
-   integer, parameter :: load_support = 1, load_force = 2, load_element_face = 3, load_edges = 4, load_gravity = 5
+   integer, parameter :: load_support = 1, load_force = 2, load_element_face = 3, load_edges = 4, load_gravity = 5, &
+      load_crack = 6
+   !> how many kinds there are
+   integer, parameter :: load_kinds = 6
 
    !> How a value runs over the step.
    type :: ramp_t
@@ -35,7 +39,7 @@ module rf_loads
       integer :: kind = 0
       !> step it belongs to (0: before the first)
       integer :: step = 0
-      !> it acts on a set of nodes or elements, or on one (the other is 0)
+      !> it acts on a set of nodes or elements, or on one (the other is 0), or on the crack of this number
       integer :: set = 0, entity = 0
       !> directions (support, force, gravity), or the face (1 to 3, by the deck's node order)
       integer :: first_dof = 0, last_dof = 0
@@ -46,6 +50,8 @@ module rf_loads
       integer :: amplitude = 0
       !> the value of a support is a velocity [length/time]
       logical :: is_velocity = .false.
+      !> pressure in a crack enters what breaks from it
+      logical :: follow = .false.
    end type load_definition_t
 
    !> The nodal force of one definition on one node and direction.
@@ -297,6 +303,7 @@ contains
       self%ramp(d)%to = definition%value
       self%ramp(d)%amplitude = definition%amplitude
       self%acting(d)%direction = definition%direction
+      self%acting(d)%follow = definition%follow
       do i = 1, self%n_forces
          if (self%force(i)%definition /= d) cycle
          self%force(i)%ramp%to = definition%value*force_share(mesh, self%force(i)%node, definition)
@@ -528,6 +535,7 @@ contains
       call self%add_nodal_forces()
       if (self%n_tags > 0) call self%add_pressures(mesh, material)
       if (self%any_gravity) call self%add_gravity(mesh, material)
+      call add_crack_pressures(self, mesh, material)
       self%applied(1, :mesh%n_nodes) = self%px(:mesh%n_nodes)
       self%applied(2, :mesh%n_nodes) = self%py(:mesh%n_nodes)
       if (.not. allocated(self%initial)) return
@@ -540,6 +548,20 @@ contains
       class(loads_t), intent(in) :: self
       forces_vary = any(self%ramp(:self%n_acting)%amplitude > 0) .or. any(self%force(:self%n_forces)%ramp%amplitude > 0)
    end function forces_vary
+
+   !> Pressure in cracks, on the faces that they have now.
+   subroutine add_crack_pressures(self, mesh, material)
+      class(loads_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      logical, allocatable :: pressed(:)
+      integer :: d
+      do d = 1, self%n_acting
+         if (self%acting(d)%kind /= load_crack) cycle
+         call pressed_segments(mesh, self%acting(d)%entity, self%acting(d)%follow, pressed)
+         call press_segments(mesh, material, pressed, self%ramp(d)%now, self%px, self%py)
+      end do
+   end subroutine add_crack_pressures
 
    subroutine add_nodal_forces(self)
       class(loads_t), intent(inout) :: self
@@ -681,6 +703,7 @@ contains
       select case (definition%kind)
       case (load_support, load_force)
          definition%entity = map%node_deputy(definition%entity)
+      case (load_crack)      ! cracks keep their numbers
       case default
          definition%entity = map%element_deputy(definition%entity)
       end select

@@ -25,6 +25,10 @@ module rf_material
       real(wp) :: damping = 0
       !> coefficient of friction [-] and cohesion [stress] of surfaces broken in this material
       real(wp) :: friction = 0, cohesion = 0
+      !> energy that breaking costs, in tension and in shear [energy/length^2]; 0: it costs none
+      real(wp) :: fracture_energy(2) = 0
+      !> tensile strength and cohesion of the material [stress]; 0: not given
+      real(wp) :: strength(2) = 0
       !> the deck gives the friction; else the strength decides it
       logical :: friction_given = .false.
       !> Young's modulus [stress], Poisson's ratio [-]

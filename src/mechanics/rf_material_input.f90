@@ -49,6 +49,7 @@ contains
       call read_density(deck, draft)
       call read_damping(deck, draft)
       call read_friction(deck, draft, material)
+      call read_softening(deck, draft)
       call read_heterogeneity(deck, draft)
       call list_names(names, size(draft), material)
       if (.not. deck%describing()) mesh%section(:mesh%n_elements) = 0
@@ -206,6 +207,28 @@ contains
       end if
       call card%field_skip('stick slope')
    end subroutine read_surface
+
+   !> Fracture energy of cracks that open in the material.
+   subroutine read_softening(deck, draft)
+      type(deck_t), intent(inout) :: deck
+      type(draft_t), intent(inout) :: draft(:)
+      type(card_t) :: card
+      logical :: seen(size(draft))
+      integer :: m
+      seen = .false.
+      call deck%open(card, 'SOFTENING', where=in_model, about='what breaking costs: the traction on a new crack falls linearly '// &
+                     'with its opening and slip (without it, at once). Between two materials the smaller of each holds')
+      do while (deck%next(card))
+         m = material_of(deck, card, size(draft))
+         call refuse_second(card, seen(m))
+         if (.not. card%needs_line('Gf_I, Gf_II')) cycle
+         associate (energy => draft(m)%section%fracture_energy)
+            call card%field_real('Gf_I', energy(1), above=0.0_wp, unit='energy/length^2', about='fracture energy in tension')
+            call card%field_real('Gf_II', energy(2), default=energy(1), above=0.0_wp, unit='energy/length^2', shown='Gf_I', &
+                                 about='fracture energy in shear, above what friction takes')
+         end associate
+      end do
+   end subroutine read_softening
 
    !> Scatter of strength and stiffness from element to element.
    subroutine read_heterogeneity(deck, draft)

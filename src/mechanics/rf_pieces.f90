@@ -64,10 +64,12 @@ contains
 
    end subroutine find
 
-   !> Which pieces have supports and which bear applied forces.
-   subroutine look_at_loads(self, loads)
+   !> Which pieces have supports and which bear applied forces. What cohesion holds together shares both.
+   subroutine look_at_loads(self, loads, bonds)
       class(pieces_t), intent(inout) :: self
       type(loads_t), intent(in) :: loads
+      !> pairs of nodes that cohesion holds together, (2, bonds)
+      integer, intent(in), optional :: bonds(:, :)
       logical, allocatable :: held(:, :)
       integer :: n, p
       if (allocated(self%supported)) deallocate (self%supported, self%loaded, self%slides)
@@ -76,10 +78,35 @@ contains
          p = self%of_node(n)
          held(1, p) = held(1, p) .or. loads%free_x(n) < 0.5_wp
          held(2, p) = held(2, p) .or. loads%free_y(n) < 0.5_wp
-         if (maxval(abs(loads%applied(:, n))) > 0) self%loaded(p) = .true.      ! an initial stress drives no piece as a whole
+         if (abs(loads%px(n)) > 0 .or. abs(loads%py(n)) > 0) self%loaded(p) = .true.
       end do
+      if (present(bonds)) call share(self, bonds, held)
       self%supported = held(1, :) .or. held(2, :)
       self%slides = self%supported .and. .not. (held(1, :) .and. held(2, :))
    end subroutine look_at_loads
+
+   !> What one of two bonded pieces has, the other has too.
+   subroutine share(self, bonds, held)
+      type(pieces_t), intent(inout) :: self
+      integer, intent(in) :: bonds(:, :)
+      logical, intent(inout) :: held(:, :)
+      logical :: changed, both(3)
+      integer :: i, a, b
+      changed = .true.
+      do while (changed)
+         changed = .false.
+         do i = 1, size(bonds, 2)
+            a = self%of_node(bonds(1, i))
+            b = self%of_node(bonds(2, i))
+            if (a == b) cycle
+            both = [held(:, a) .or. held(:, b), self%loaded(a) .or. self%loaded(b)]
+            changed = changed .or. any(both .neqv. [held(:, a), self%loaded(a)]) .or. any(both .neqv. [held(:, b), self%loaded(b)])
+            held(:, a) = both(:2)
+            held(:, b) = both(:2)
+            self%loaded(a) = both(3)
+            self%loaded(b) = both(3)
+         end do
+      end do
+   end subroutine share
 
 end module rf_pieces

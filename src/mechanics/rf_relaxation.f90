@@ -113,9 +113,9 @@ contains
       logical :: at_rest
 
       call system_clock(ticks(1), rate)
-      call pieces%look_at_loads(loads)
-      call self%prepare_masks(mesh, rows, contact, loads, pieces, motion)
       call contact%weigh(rows%inverse_mass, loads%free_x, loads%free_y)
+      call pieces%look_at_loads(loads, contact%bonds())
+      call self%prepare_masks(mesh, rows, contact, loads, pieces, motion)
       start_x = motion%ux(:mesh%n_nodes)
       start_y = motion%uy(:mesh%n_nodes)
       applied = loads%scale(mesh%n_nodes)
@@ -187,10 +187,13 @@ contains
       call self%contact_watch%start()
       call contact_step(contact%n_groups, contact%group_pair, contact%group_node, contact%node, contact%pair_node, &
                         contact%normal, contact%normal_weight, contact%tangent_weight, contact%friction, &
-                        contact%cohesive_force, contact%slip_reference, min(contact_tolerance, contact_fraction*tolerance), &
-                        b, self%counted, rows%inverse_mass, loads%free_x, loads%free_y, motion%ux, motion%uy, &
-                        motion%wx, motion%wy, motion%vx, motion%vy, motion%rx, motion%ry, contact%impulse, contact%force, &
-                        contact%partial)
+                        contact%cohesive_force, contact%slip_reference, contact%cohesive%bonded, contact%cohesive%rigid, &
+                        contact%cohesive%cap, contact%cohesive%critical, contact%cohesive%damage, &
+                        min(contact_tolerance, contact_fraction*tolerance), b, self%counted, rows%inverse_mass, &
+                        loads%free_x, loads%free_y, motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, &
+                        motion%rx, motion%ry, contact%impulse, contact%cohesive%impulse, contact%cohesive%separation, &
+                        contact%force, contact%partial)
+      if (at_rest) call contact%cohesive%release(contact%n_pairs)
       call self%contact_watch%stop()
    end subroutine step
 

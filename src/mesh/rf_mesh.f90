@@ -69,6 +69,8 @@ module rf_mesh
       integer, allocatable :: segment_event(:)
       !> number of the *CRACK it belongs to (0: broken in the run)
       integer, allocatable :: segment_crack(:)
+      !> its length along the ray that it stands for, as a part of its own [-]: paths through midpoints zigzag about rays
+      real(wp), allocatable :: segment_straight(:)
    contains
       procedure :: reserve_nodes, reserve_elements, reserve_segments
       procedure :: edge_index, area, node_in_set, element_in_set
@@ -117,6 +119,7 @@ contains
       call grow(self%segment_mode, n)
       call grow(self%segment_event, n)
       call grow(self%segment_crack, n)
+      call grow(self%segment_straight, n)
    end subroutine reserve_segments
 
    !> Which edge (1 to 3) of an element has a given neighbour across it; 0 if none.

@@ -124,6 +124,7 @@ contains
       call carry(mesh%segment_mode, map%segment_from)
       call carry(mesh%segment_event, map%segment_from)
       call carry(mesh%segment_crack, map%segment_from)
+      call carry(mesh%segment_straight, map%segment_from)
       mesh%n_nodes = map%n_nodes
       mesh%n_elements = map%n_elements
       mesh%n_segments = map%n_segments

@@ -433,6 +433,7 @@ contains
       event = mesh%segment_event(segment)
       crack = mesh%segment_crack(segment)
       call append_segment(mesh, mode, event, crack, s)
+      mesh%segment_straight(s) = mesh%segment_straight(segment)
       mesh%segment_element(:, segment) = first_half(order)
       mesh%segment_element(:, s) = second_half(order)
       mesh%segment(edges(1), first_half(1)) = segment
@@ -452,6 +453,7 @@ contains
       mesh%segment_mode(segment) = mode
       mesh%segment_event(segment) = event
       mesh%segment_crack(segment) = crack
+      mesh%segment_straight(segment) = 1
    end subroutine append_segment
 
    !> Operation 2: flag an edge as cracked. An edge of the boundary, or one that is cracked already, stays as it is.

@@ -38,8 +38,8 @@ def check(case):
         case.at_most(f"weak triangle inside, mesh {seed}: force left afterwards / peak", left(run), 1e-5, kind="exact")
     run = case.run("tension.inp", set={"SEED": 1, "WEAK": INSIDE, "LEVEL": 3}, name="inside1_level3")
     case.note(
-        f"Weak triangle inside, mesh 1, with MAX LEVEL=3 instead of 2: force left {left(run):.1e} of the peak. With 2 the "
-        "two ends of the crack overlap by a hook of cut triangles that cannot be cut again (exhausted)."
+        f"Weak triangle inside, mesh 1, with MAX LEVEL=3 instead of 2: force left {left(run):.1e} of the peak. With 2 "
+        "the two ends of the crack overlap by a hook of cut triangles that cannot be cut again (exhausted)."
     )
     spans, angles = [], []
     for run in runs.values():
