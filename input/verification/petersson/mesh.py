@@ -1,6 +1,6 @@
 """Writes petersson_hH.inc: the notched beam in triangles that are symmetric about its middle, H high, H wide at the ligament.
 
-    mesh.py H..
+mesh.py H..
 """
 
 import sys
