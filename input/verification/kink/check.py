@@ -10,7 +10,7 @@ EXPECTED = {15: 65.5, 30: 60.0, 45: 53.1, 60: 43.2, 75: 26.7}  # crack to load: 
 
 
 def kinks(result, angle):
-    """Mean of the kinks at both tips [degrees]: from the first node that failed at a tip to the last one, against the crack."""
+    """Mean of the kinks at both tips [degrees]: from the first node that failed at a tip to the last one."""
     table, found = result.events, []
     for side in (1, -1):
         ahead = (side * math.sin(math.radians(angle)), side * math.cos(math.radians(angle)))

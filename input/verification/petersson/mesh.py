@@ -1,4 +1,4 @@
-"""Writes petersson_hH.inc: the notched beam in triangles that are symmetric about its middle, H high, H wide at the ligament.
+"""Writes petersson_hH.inc: the notched beam, triangles symmetric about its middle, of H at the ligament.
 
 mesh.py H..
 """

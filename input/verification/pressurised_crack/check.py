@@ -33,7 +33,9 @@ def check(case):
         places, gap = openings(frame)
         errors.append(abs(gap.max() / LARGEST - 1))
         axes.plot(places, 1e3 * gap, "o", markersize=3, label=f"rfem, {h} m")
-    case.value("largest opening, 40 edges along the crack", 1e3 * gap.max(), 1e3 * LARGEST, 0.03, kind="exact", unit="mm")
+    case.value(
+        "largest opening, 40 edges along the crack", 1e3 * gap.max(), 1e3 * LARGEST, 0.03, kind="exact", unit="mm"
+    )
     case.order("largest opening", [0.1, 0.05], errors, at_least=0.8)
     axes.set(xlabel="x [m]", ylabel="opening [mm]")
     axes.legend(fontsize=7)
