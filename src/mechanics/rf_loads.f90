@@ -90,7 +90,7 @@ module rf_loads
    contains
       procedure :: prepare, know_faces, begin_step, apply, apply_supports, apply_forces, gather, adopt, renumber, add_falling
       procedure :: is_held, forces_vary, support_at, scale
-      procedure, private :: act, drop, acting_index, release, spread, tag_faces, new_tag
+      procedure, private :: act, drop, acting_index, join, release, spread, tag_faces, new_tag, press_exposed, wake_faces
       procedure, private :: add_nodal_forces, add_pressures, add_gravity
    end type loads_t
 
@@ -170,6 +170,7 @@ contains
       end do
       if (replaced(load_support)) call self%release(mesh, definitions, reaction)
       call self%drop(replaced)
+      call self%wake_faces(mesh)
       do i = 1, size(definitions)
          call self%act(mesh, definitions(i))
       end do
@@ -278,7 +279,7 @@ contains
       if (definition%entity > 0) acts_on_element = mesh%element_origin(element) == mesh%element_origin(definition%entity)
    end function acts_on_element
 
-   !> Let a definition act: it takes the place of one with the same target, or joins.
+   !> Let a definition act: it takes the place of those with the same target, or joins.
    subroutine act(self, mesh, definition)
       class(loads_t), intent(inout) :: self
       type(mesh_t), intent(inout) :: mesh
@@ -300,10 +301,14 @@ contains
       end if
       call self%acting_index(definition, d, is_new)
       if (is_new) call self%spread(mesh, d)
-      self%ramp(d)%to = definition%value
-      self%ramp(d)%amplitude = definition%amplitude
-      self%acting(d)%direction = definition%direction
-      self%acting(d)%follow = definition%follow
+      if (definition%kind == load_edges .and. .not. is_new) call self%press_exposed(mesh, definition)
+      do i = d, self%n_acting
+         if (.not. same_target(self%acting(i), definition)) cycle
+         self%ramp(i)%to = definition%value
+         self%ramp(i)%amplitude = definition%amplitude
+         self%acting(i)%direction = definition%direction
+         self%acting(i)%follow = definition%follow
+      end do
       do i = 1, self%n_forces
          if (self%force(i)%definition /= d) cycle
          self%force(i)%ramp%to = definition%value*force_share(mesh, self%force(i)%node, definition)
@@ -311,20 +316,28 @@ contains
       end do
    end subroutine act
 
-   !> Place of a definition among those that act; a new one joins them with the value 0.
+   !> The first place of a definition among those that act; a new one joins them.
    subroutine acting_index(self, definition, d, is_new)
       class(loads_t), intent(inout) :: self
       type(load_definition_t), intent(in) :: definition
       integer, intent(out) :: d
       !> none with that target was acting
       logical, intent(out) :: is_new
-      type(load_definition_t), allocatable :: acting(:)
-      type(ramp_t), allocatable :: ramp(:)
       do d = 1, self%n_acting
          if (same_target(self%acting(d), definition)) exit
       end do
       is_new = d > self%n_acting
-      if (.not. is_new) return
+      if (is_new) call self%join(definition)
+   end subroutine acting_index
+
+   !> One more definition that acts, with the value 0.
+   subroutine join(self, definition)
+      class(loads_t), intent(inout) :: self
+      type(load_definition_t), intent(in) :: definition
+      type(load_definition_t), allocatable :: acting(:)
+      type(ramp_t), allocatable :: ramp(:)
+      integer :: d
+      d = self%n_acting + 1
       if (d > size(self%acting)) then
          allocate (acting(2*d), ramp(2*d))
          acting(:d - 1) = self%acting(:d - 1)
@@ -335,10 +348,66 @@ contains
       self%n_acting = d
       self%acting(d) = definition
       self%ramp(d) = ramp_t()
-   end subroutine acting_index
+   end subroutine join
+
+   !> A pressure on a set is stated again: where the boundary has edges of the set that it does not press on yet (others were
+   !> taken out of the body), it begins there with the value 0.
+   subroutine press_exposed(self, mesh, definition)
+      class(loads_t), intent(inout) :: self
+      type(mesh_t), intent(inout) :: mesh
+      type(load_definition_t), intent(in) :: definition
+      logical, allocatable :: pressed(:)
+      integer :: t, i
+      allocate (pressed(0:self%n_tags), source=.false.)
+      do t = 1, self%n_tags
+         do i = self%tag_first(t), self%tag_first(t + 1) - 1
+            pressed(t) = pressed(t) .or. same_target(self%acting(self%tag_member(i)), definition)
+         end do
+      end do
+      if (.not. exposed()) return
+      call self%join(definition)
+      call self%tag_faces(mesh, self%n_acting, but_not=pressed)
+
+   contains
+
+      !> Whether there is such an edge.
+      logical function exposed()
+         integer :: e, k
+         exposed = .true.
+         do e = 1, mesh%n_elements
+            do k = 1, 3
+               if (mesh%neighbour(k, e) /= 0) cycle
+               if (pressed(mesh%face_tag(k, e))) cycle
+               if (has_both_ends(mesh, k, e, definition%set)) return
+            end do
+         end do
+         exposed = .false.
+      end function exposed
+
+   end subroutine press_exposed
+
+   !> Whether an edge has both ends in a node set.
+   pure logical function has_both_ends(mesh, k, e, set)
+      type(mesh_t), intent(in) :: mesh
+      !> edge, element
+      integer, intent(in) :: k, e, set
+      has_both_ends = mesh%node_in_set(mesh%connectivity(k, e), set) .and. &
+                      mesh%node_in_set(mesh%connectivity(next_corner(k), e), set)
+   end function has_both_ends
+
+   !> Faces that now lie on the boundary bear what will press on them by name. Crack faces sleep on.
+   subroutine wake_faces(self, mesh)
+      class(loads_t), intent(in) :: self
+      type(mesh_t), intent(inout) :: mesh
+      if (self%n_tags == 0) return
+      associate (tag => mesh%face_tag(:, :mesh%n_elements), neighbour => mesh%neighbour(:, :mesh%n_elements))
+         where (neighbour == 0) tag = abs(tag)
+      end associate
+   end subroutine wake_faces
 
    !> Find the element faces that the definitions of any step press on, before anything splits: while P1 to P3 mean what
-   !> the user's node order says. From then on the faces carry their tags through every split. Before or after prepare.
+   !> the user's node order says. From then on the faces carry their tags through every split; a face inside the body, which
+   !> an excavation is to expose, carries the tag with a minus sign: it sleeps. Before or after prepare.
    subroutine know_faces(self, mesh, definitions, turned)
       class(loads_t), intent(inout) :: self
       type(mesh_t), intent(inout) :: mesh
@@ -401,27 +470,33 @@ contains
       self%force(self%n_forces) = force
    end subroutine add_force
 
-   !> Tag the boundary faces that a pressure acts on.
-   subroutine tag_faces(self, mesh, d, turned)
+   !> Tag the faces that a pressure acts on: edges of the boundary between nodes of a set, faces of elements anywhere.
+   subroutine tag_faces(self, mesh, d, turned, but_not)
       class(loads_t), intent(inout) :: self
       type(mesh_t), intent(inout) :: mesh
       integer, intent(in) :: d
       !> as in know_faces
       logical, intent(in), optional :: turned(:)
+      !> faces with these tags are left as they are, (0:tags)
+      logical, intent(in), optional :: but_not(0:)
       integer :: e, k, face
       logical :: hit
       do e = 1, mesh%n_elements
          do k = 1, 3
-            if (mesh%neighbour(k, e) /= 0) cycle
             if (self%acting(d)%kind == load_edges) then
-               hit = mesh%node_in_set(mesh%connectivity(k, e), self%acting(d)%set) .and. &
-                     mesh%node_in_set(mesh%connectivity(next_corner(k), e), self%acting(d)%set)
+               if (mesh%neighbour(k, e) /= 0) cycle
+               if (present(but_not)) then
+                  if (but_not(mesh%face_tag(k, e))) cycle
+               end if
+               hit = has_both_ends(mesh, k, e, self%acting(d)%set)
             else
                face = k
                if (present(turned)) face = merge(4 - k, k, turned(e))
                hit = face == self%acting(d)%first_dof .and. acts_on_element(self%acting(d), mesh, e)
             end if
-            if (hit) mesh%face_tag(k, e) = self%new_tag(mesh%face_tag(k, e), d)
+            if (.not. hit) cycle
+            mesh%face_tag(k, e) = self%new_tag(abs(mesh%face_tag(k, e)), d)
+            if (mesh%neighbour(k, e) /= 0) mesh%face_tag(k, e) = -mesh%face_tag(k, e)
          end do
       end do
    end subroutine tag_faces
@@ -591,7 +666,7 @@ contains
       do e = 1, mesh%n_elements
          do k = 1, 3
             t = mesh%face_tag(k, e)
-            if (t == 0) cycle
+            if (t <= 0) cycle
             ends = mesh%connectivity([k, next_corner(k)], e)
             edge = mesh%x(:, ends(2)) - mesh%x(:, ends(1))
             push = 0.5_wp*pressure(t)*material%section(mesh%section(e))%thickness*[-edge(2), edge(1)]
