@@ -24,6 +24,8 @@ module rf_energy
       logical, private :: begun = .false.
       !> displacements, applied forces and reactions of the last accepted equilibrium, (nodes)
       real(wp), allocatable, private :: ux(:), uy(:), px(:), py(:), qx(:), qy(:)
+      !> which sums of the loads these applied forces are (loads%sums)
+      integer, private :: taken = -1
    contains
       procedure :: prepare, accept, adopt, renumber, take_out, error, strain_energy, go_on_from
       procedure, private :: take_loads
@@ -49,6 +51,7 @@ contains
       integer, intent(in) :: n
       self%px(:n) = loads%applied(1, :n)
       self%py(:n) = loads%applied(2, :n)
+      self%taken = loads%sums
       if (self%begun .or. .not. allocated(loads%initial)) return
       self%px(:n) = loads%initial(1, :n)
       self%py(:n) = loads%initial(2, :n)
@@ -152,7 +155,15 @@ contains
          self%qx(n) = 0
          self%qy(n) = 0
       end do
-      call self%take_loads(loads, n_nodes)
+      if (.not. self%begun .or. self%taken /= loads%sums) then
+         call self%take_loads(loads, n_nodes)
+         return
+      end if
+      do i = 1, loads%n_touched        ! the others bear what they bore when it was taken
+         n = loads%touched(i)
+         self%px(n) = loads%applied(1, n)
+         self%py(n) = loads%applied(2, n)
+      end do
    end subroutine adopt
 
    !> Follow new numbers of the nodes.
