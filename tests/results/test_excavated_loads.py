@@ -110,7 +110,10 @@ def test_parted_body_balances(tmp_path):
 
 def test_initial_velocity_in_the_first_row(tmp_path):
     """Row 0 and frame 0: held nodes are at rest, and the energy is that of the others."""
-    deck = BLOCK.format(hole=NOTCH) + "*NSET, NSET=ALL, BOX\n0., 1., 0., 1.\n*INITIAL CONDITIONS, TYPE=VELOCITY\nALL, 2, -0.5\n"
+    deck = (
+        BLOCK.format(hole=NOTCH)
+        + "*NSET, NSET=ALL, BOX\n0., 1., 0., 1.\n*INITIAL CONDITIONS, TYPE=VELOCITY\nALL, 2, -0.5\n"
+    )
     deck += "*STEP\n*DYNAMIC, EXPLICIT\n0., 5e-4\n*OUTPUT, HISTORY, FREQUENCY=1\n*END STEP\n"
     (tmp_path / "case.inp").write_text(deck)
     result = run(tmp_path / "case.inp", tmp_path / "out")

@@ -46,7 +46,9 @@ def draw(case, peaks):
     pairs = {"uniaxial compression": [(strength(), p) for p in peaks.values()]}
     pairs["confined, 5, 10, 20 MPa"] = []
     for pressure, u in ((5, -0.2), (10, -0.25), (20, -0.40)):
-        run = case.run(root / "confined" / "confined.inp", set={"P": pressure, "U": u, "EVENTS": 1}, name=f"confined{pressure}")
+        run = case.run(
+            root / "confined" / "confined.inp", set={"P": pressure, "U": u, "EVENTS": 1}, name=f"confined{pressure}"
+        )
         pairs["confined, 5, 10, 20 MPa"].append((strength(pressure), run.history["FOOT_rf2"].max() / WIDTH))
     run = case.run(root / "tension" / "tension.inp", name="tension")
     pairs["direct tension"] = [(4.5, run.history["GRIP_rf2"].max() / 40.0)]
