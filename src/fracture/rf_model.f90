@@ -190,7 +190,8 @@ contains
       call self%follow_parted()
       if (falling) call let_fall(self%mesh, self%material, self%motion, self%contact, self%loads, self%reaction, &
                                  self%relaxation%b, exposed)
-      call self%energy%take_out(stored, exposed, self%loads, self%reaction, self%mesh%n_nodes)
+      call self%contact%cohesive%take_stock(self%contact%n_pairs)
+      call self%energy%take_out(stored, self%contact%cohesive%work(), exposed, self%loads, self%reaction, self%mesh%n_nodes)
       if (checked_build) call take_baseline(self%mesh, self%baseline)
       if (checked_build) call self%check()
    end subroutine remove
