@@ -53,6 +53,7 @@ BEFORE = {
     "energy": (2e-6, "relative", "quadratic in what is good to TOLERANCE"),
     "utilisation": (1e-4, "relative", "stresses are good to 100 x TOLERANCE"),
     "contacts": (0.02, "relative", "a pair at the limit of friction may slip or stick"),
+    "other": (1e-6, "relative", "a column that has no family yet"),
     "measure": (0.0, IGNORE, "says how well the state is known, not what it is"),
 }
 FAMILY = {
@@ -331,7 +332,7 @@ def family_of(name: str) -> str:
     """Family of a history column."""
     if name in FAMILY:
         return FAMILY[name]
-    return next((family for suffix, family in SUFFIX_FAMILY.items() if name.endswith(suffix)), "measure")
+    return next((family for suffix, family in SUFFIX_FAMILY.items() if name.endswith(suffix)), "other")
 
 
 def largest_of_family(results: Results, name: str, rows: np.ndarray) -> float:
@@ -342,7 +343,7 @@ def largest_of_family(results: Results, name: str, rows: np.ndarray) -> float:
     family = family_of(name)
     names = (
         [name]
-        if family == "time"
+        if family in ("time", "other")
         else [other for other in results.history.names if family_of(other) == family]
     )
     return max(

@@ -7,7 +7,7 @@ import shutil
 import pytest
 
 import rfem_compare
-from rfem_results import open_results
+from rfem_results import HISTORY_COLUMNS, open_results
 
 
 @pytest.fixture
@@ -81,6 +81,15 @@ def test_an_integral_after_it(copy, beam_directory, tmp_path, capsys):
     assert compare(beam_directory / "beam", job, own, capsys)[0] == 0
     own.write_text(json.dumps({"after": {"crack_length": "ignore"}}))
     assert compare(beam_directory / "beam", job, own, capsys)[0] == 0
+
+
+def test_every_column_has_a_family():
+    """A new column of the history is compared; one whose family is not told is compared tightly."""
+    assert not [name for name in HISTORY_COLUMNS if rfem_compare.family_of(name) == "other"]
+    assert rfem_compare.family_of("something_new") == "other"
+    assert set(rfem_compare.FAMILY.values()) | set(rfem_compare.SUFFIX_FAMILY.values()) <= set(
+        rfem_compare.BEFORE
+    )
 
 
 def test_nan_differs(copy, beam_directory, capsys):

@@ -53,9 +53,9 @@ contains
          call read_relaxation(deck, simulation%relaxation)
          call read_fracture(deck, simulation%fracture)
          call check_strengths(deck, model%mesh, model%material, model%failure)
-         call read_loads(deck, mesh_input, cracks, model%mesh, model%material, model%loads%amplitudes, simulation%loads, &
-                         simulation%replaced, diagnostics)
          call read_removals(deck, mesh_input, model%mesh, simulation%removals)
+         call read_loads(deck, mesh_input, cracks, model%mesh, model%material, model%loads%amplitudes, simulation%loads, &
+                         simulation%replaced, diagnostics, simulation%removals)
          call check_supports(deck, model%mesh, simulation%loads, simulation%replaced, simulation%removals, diagnostics)
          call read_output(deck, mesh_input, model%mesh, requests)
          call check_stop_drop(deck, requests, simulation%fracture)

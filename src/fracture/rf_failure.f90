@@ -306,7 +306,8 @@ contains
       end do
       threshold = screen_margin*min(1.0_wp, maxval(self%screen(:mesh%n_nodes), wanted))
       do n = 1, mesh%n_nodes
-         wanted(n) = everywhere .or. self%exhausted(n) .or. (wanted(n) .and. self%screen(n) >= threshold)
+         wanted(n) = everywhere .or. self%exhausted(n) .or. &
+                     (wanted(n) .and. self%screen(n) > 0 .and. self%screen(n) >= threshold)
       end do
       self%utilisation(:mesh%n_nodes) = 0
       self%mode(:mesh%n_nodes) = mode_none

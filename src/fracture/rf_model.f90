@@ -151,10 +151,10 @@ contains
       call self%dynamics%adopt(self%changes)
       call self%loads%adopt(self%changes)
       call self%material%initial%nodal_forces(self%mesh, self%material%section%thickness, self%loads%initial, self%changes)
-      call self%loads%apply(self%mesh, self%material, fraction, time)
+      call self%loads%follow(self%mesh, self%material, self%changes, fraction, time)
       call self%rows%update(self%mesh, self%material, self%changes)
       call self%contact%rebuild(self%mesh, self%material, self%motion, self%changes)
-      call self%pieces%find(self%mesh)
+      call self%pieces%follow(self%mesh, self%changes)
       call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
       call self%failure%adopt(self%mesh, self%material, self%changes)
       call self%failure%shield(self%mesh, self%contact%bonds())
@@ -190,7 +190,8 @@ contains
       call self%follow_parted()
       if (falling) call let_fall(self%mesh, self%material, self%motion, self%contact, self%loads, self%reaction, &
                                  self%relaxation%b, exposed)
-      call self%energy%take_out(stored, exposed, self%loads, self%reaction, self%mesh%n_nodes)
+      call self%contact%cohesive%take_stock(self%contact%n_pairs)
+      call self%energy%take_out(stored, self%contact%cohesive%work(), exposed, self%loads, self%reaction, self%mesh%n_nodes)
       if (checked_build) call take_baseline(self%mesh, self%baseline)
       if (checked_build) call self%check()
    end subroutine remove

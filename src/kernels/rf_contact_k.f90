@@ -10,8 +10,9 @@ module rf_contact_k
 
    !> sweeps after which a group is left as it is until the next step
    integer, parameter :: max_sweeps = 30
-   !> groups below which a second thread costs more than it brings
-   integer, parameter :: groups_for_threads = 64
+   !> groups below which a second thread costs more than it brings (a group of one pair takes some 50 ns, waking a thread
+   !> 10 to 50 us)
+   integer, parameter :: groups_for_threads = 1024
 
 contains
 

@@ -29,7 +29,7 @@ module rf_cohesive
       !> energy dissipated so far, energy that the jumps of the last accepted state would give back [force length]
       real(wp) :: dissipated = 0, stored = 0
    contains
-      procedure :: reserve, permute, keep, start, inherit, weigh, release, settle, work, is_held
+      procedure :: reserve, permute, keep, start, inherit, weigh, release, settle, take_stock, work, is_held
    end type cohesive_t
 
 contains
@@ -160,9 +160,30 @@ contains
          self%bonded(p) = reached < 1
       end if
       self%jump(:, p) = jump
-      if (self%damage(p) > 0) self%stored = self%stored + self%area(p)*(1/self%damage(p) - 1)* &
-         sum(self%energy(:, p)*(relative(self, p, jump))**2)
+      self%stored = self%stored + stored_by(self, p)
    end subroutine settle
+
+   !> What a damaged pair gives back when it unloads [force length].
+   pure real(wp) function stored_by(self, p)
+      type(cohesive_t), intent(in) :: self
+      integer, intent(in) :: p
+      stored_by = 0
+      if (self%damage(p) > 0) stored_by = self%area(p)*(1/self%damage(p) - 1)* &
+                                          sum(self%energy(:, p)*(relative(self, p, self%jump(:, p)))**2)
+   end function stored_by
+
+   !> Pairs were taken out of the body: only what is left stores something. After rebuilding the pairs.
+   subroutine take_stock(self, n_pairs)
+      class(cohesive_t), intent(inout) :: self
+      integer, intent(in) :: n_pairs
+      integer :: p
+      self%stored = 0
+      do p = 1, n_pairs
+         if (.not. self%bonded(p)) cycle
+         self%critical(:, p) = 2*self%energy(:, p)/self%strength(:, p)
+         self%stored = self%stored + stored_by(self, p)
+      end do
+   end subroutine take_stock
 
    !> Jump in units of the critical one; pressed faces have no opening [-].
    pure function relative(self, p, jump)

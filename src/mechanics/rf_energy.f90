@@ -24,6 +24,8 @@ module rf_energy
       logical, private :: begun = .false.
       !> displacements, applied forces and reactions of the last accepted equilibrium, (nodes)
       real(wp), allocatable, private :: ux(:), uy(:), px(:), py(:), qx(:), qy(:)
+      !> which sums of the loads these applied forces are (loads%sums)
+      integer, private :: taken = -1
    contains
       procedure :: prepare, accept, adopt, renumber, take_out, error, strain_energy, go_on_from
       procedure, private :: take_loads
@@ -49,6 +51,7 @@ contains
       integer, intent(in) :: n
       self%px(:n) = loads%applied(1, :n)
       self%py(:n) = loads%applied(2, :n)
+      self%taken = loads%sums
       if (self%begun .or. .not. allocated(loads%initial)) return
       self%px(:n) = loads%initial(1, :n)
       self%py(:n) = loads%initial(2, :n)
@@ -95,7 +98,7 @@ contains
       integer, intent(in) :: n
       !> it is the first equilibrium after a split: what the ledger lacks was released by it
       logical, intent(in) :: at_event
-      real(wp) :: work, before
+      real(wp) :: work, before, missing
       integer :: i
       work = 0
       do i = 1, n
@@ -108,10 +111,11 @@ contains
       self%strain = self%strain_energy(loads, motion, n)
       self%friction = self%friction + friction_work
       self%released_by_event = 0
-      if (at_event) self%released_by_event = before + work - self%strain - friction_work - (softening_work - self%softening)
+      missing = before + work - self%strain - friction_work - (softening_work - self%softening)
+      if (at_event) self%released_by_event = missing
       self%softening = softening_work
       self%released = self%released + self%released_by_event
-      if (self%falls .and. .not. at_event) self%damping = self%damping + before + work - self%strain - friction_work
+      if (self%falls .and. .not. at_event) self%damping = self%damping + missing
       self%falls = .false.
       call self%go_on_from(loads, motion, reaction, n)
    end subroutine accept
@@ -152,7 +156,15 @@ contains
          self%qx(n) = 0
          self%qy(n) = 0
       end do
-      call self%take_loads(loads, n_nodes)
+      if (.not. self%begun .or. self%taken /= loads%sums) then
+         call self%take_loads(loads, n_nodes)
+         return
+      end if
+      do i = 1, loads%n_touched        ! the others bear what they bore when it was taken
+         n = loads%touched(i)
+         self%px(n) = loads%applied(1, n)
+         self%py(n) = loads%applied(2, n)
+      end do
    end subroutine adopt
 
    !> Follow new numbers of the nodes.
@@ -169,10 +181,12 @@ contains
 
    !> Elements were removed: the strain energy that they hold leaves the body with them, as negative external work. From now on
    !> the forces by which they acted on the rest are loads of the exposed nodes (theory: eq. 47).
-   subroutine take_out(self, stored, exposed, loads, reaction, n_nodes)
+   subroutine take_out(self, stored, softening, exposed, loads, reaction, n_nodes)
       class(energy_t), intent(inout) :: self
       !> of the removed elements [force length]
       real(wp), intent(in) :: stored
+      !> work against the cohesion of cracks that soften, with what is left of them [force length]
+      real(wp), intent(in) :: softening
       !> nodes whose forces have changed
       integer, intent(in) :: exposed(:)
       type(loads_t), intent(in) :: loads
@@ -180,7 +194,8 @@ contains
       real(wp), intent(in) :: reaction(:, :)
       integer, intent(in) :: n_nodes
       integer :: i, n
-      self%external = self%external - stored
+      self%external = self%external - stored + (softening - self%softening)
+      self%softening = softening
       self%largest_external = max(self%largest_external, abs(self%external))
       self%strain = self%strain - stored
       call self%take_loads(loads, n_nodes)

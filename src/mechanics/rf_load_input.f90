@@ -14,8 +14,8 @@ module rf_load_input
    use rf_material, only: material_t
    use rf_mesh, only: mesh_t
    use rf_mesh_input, only: mesh_input_t
+   use rf_removal_input, only: removal_t, has_edge
    use rf_text, only: to_text
-   use rf_topology, only: next_corner
    implicit none
    private
    public :: read_loads
@@ -33,6 +33,8 @@ module rf_load_input
       logical, allocatable :: replaced(:, :)
       !> the note about the direction out of the plane, or about gravity in it, has been given
       logical :: noted_dof = .false., noted_component = .false.
+      !> what steps take out of the body
+      type(removal_t), allocatable :: removals(:)
       !> of the present block: its amplitude; it says OP=NEW
       integer :: amplitude = 0
       logical :: is_new = .false.
@@ -45,7 +47,8 @@ module rf_load_input
 contains
 
    !> Read what holds and loads the body in all steps.
-   subroutine read_loads(deck, mesh_input, cracks, mesh, material, amplitudes, definitions, replaced, diagnostics)
+   subroutine read_loads(deck, mesh_input, cracks, mesh, material, amplitudes, definitions, replaced, diagnostics, &
+                         removals)
       type(deck_t), intent(inout) :: deck
       type(mesh_input_t), intent(in) :: mesh_input
       type(crack_list_t), intent(in) :: cracks
@@ -59,11 +62,15 @@ contains
       logical, allocatable, intent(out) :: replaced(:, :)
       !> errors of meaning; those of the lines come with deck%finish
       type(diagnostics_t), intent(inout) :: diagnostics
+      !> what steps take out of the body (absent: nothing)
+      type(removal_t), intent(in), optional :: removals(:)
       type(reading_t) :: reading
       associate (unused => diagnostics)
       end associate
       allocate (reading%list(16), reading%replaced(load_kinds, max(1, deck%step_count())))
       reading%replaced = .false.
+      allocate (reading%removals(0))
+      if (present(removals)) reading%removals = removals
       call read_amplitudes(deck, reading%curves, amplitudes)
       call read_supports(deck, mesh_input, reading)
       call read_forces(deck, mesh_input, reading)
@@ -401,7 +408,7 @@ contains
             call card%field_name('node set or crack', name, about='set of nodes, or name of a *CRACK')
             call card%field_real('pressure', definition%value, unit='stress', about='positive pushes in; in a crack: apart')
             if (.not. (card%line_failed .or. card%describing())) &
-               call find_pressed(card, mesh_input, cracks, mesh, name, definition)
+               call find_pressed(card, mesh_input, cracks, mesh, reading%removals, name, definition)
             call reading%add(card, definition)
             if (.not. card%line()) exit
          end do
@@ -409,11 +416,13 @@ contains
    end subroutine read_pressures
 
    !> What a *PRESSURE acts on: a crack of that name, or else a set of nodes.
-   subroutine find_pressed(card, mesh_input, cracks, mesh, name, definition)
+   subroutine find_pressed(card, mesh_input, cracks, mesh, removals, name, definition)
       type(card_t), intent(inout) :: card
       type(mesh_input_t), intent(in) :: mesh_input
       type(crack_list_t), intent(in) :: cracks
       type(mesh_t), intent(in) :: mesh
+      !> what steps take out of the body
+      type(removal_t), intent(in) :: removals(:)
       character(len=*), intent(in) :: name
       !> gets the crack or the set
       type(load_definition_t), intent(inout) :: definition
@@ -429,24 +438,8 @@ contains
          call card%error(problem)
       else if (definition%follow) then
          call card%error('FOLLOW=YES belongs to pressure in a *CRACK: '//name//' is a node set')
-      else if (.not. has_edge(mesh, definition%set)) then
+      else if (.not. has_edge(mesh, definition%set, removals, card%step)) then
          call card%error('no edge of the boundary has both ends in node set '//name)
       end if
    end subroutine find_pressed
-
-   !> Whether a boundary edge has both ends in a node set.
-   pure logical function has_edge(mesh, set)
-      type(mesh_t), intent(in) :: mesh
-      integer, intent(in) :: set
-      integer :: e, k
-      has_edge = .true.
-      do e = 1, mesh%n_elements
-         do k = 1, 3
-            if (mesh%neighbour(k, e) /= 0) cycle
-            if (mesh%node_in_set(mesh%connectivity(k, e), set) .and. &
-                mesh%node_in_set(mesh%connectivity(next_corner(k), e), set)) return
-         end do
-      end do
-      has_edge = .false.
-   end function has_edge
 end module rf_load_input

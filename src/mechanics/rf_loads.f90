@@ -9,6 +9,7 @@ module rf_loads
    use rf_topology, only: changes_t, next_corner
    use rf_renumber, only: renumbering_t, carry
    use rf_material, only: material_t
+   use rf_load_share, only: face_push, corner_weight
    use rf_amplitude, only: amplitude_t
    use rf_crack_pressure, only: pressed_segments, press_segments
    implicit none
@@ -87,12 +88,32 @@ module rf_loads
       integer :: n_tags = 0
       integer, allocatable :: tag_first(:), tag_member(:)
       logical, private :: any_gravity = .false.
+      !> where in the step the forces were last summed up [-], [time] (before the first: nowhere), and how often they were
+      real(wp), private :: fraction = -huge(1.0_wp), time = -huge(1.0_wp)
+      integer :: sums = 0
+      !> nodes that were loaded anew by the last split alone, ascending
+      integer :: n_touched = 0
+      integer, allocatable :: touched(:)
    contains
       procedure :: prepare, know_faces, begin_step, apply, apply_supports, apply_forces, gather, adopt, renumber, add_falling
-      procedure :: is_held, forces_vary, support_at, scale
+      procedure :: follow, is_held, forces_vary, support_at, scale
       procedure, private :: act, drop, acting_index, release, spread, tag_faces, new_tag
       procedure, private :: add_nodal_forces, add_pressures, add_gravity
+      procedure, private :: value_at, pressure_of
+      procedure, private, nopass :: acts_on_element
    end type loads_t
+
+   interface
+      !> Share the loads anew after a split (after adopt): what `apply` would do, at the cost of what the split touched.
+      module subroutine follow(self, mesh, material, changes, fraction, time)
+         class(loads_t), intent(inout) :: self
+         type(mesh_t), intent(in) :: mesh
+         type(material_t), intent(in) :: material
+         type(changes_t), intent(in) :: changes
+         !> part of the step that is done [-], step time [time]
+         real(wp), intent(in) :: fraction, time
+      end subroutine follow
+   end interface
 
 contains
 
@@ -537,6 +558,8 @@ contains
          self%ramp(d)%now = value_at(self, self%ramp(d), fraction, time)
       end do
       call self%gather(mesh, material)
+      self%fraction = fraction
+      self%time = time
    end subroutine apply_forces
 
    !> Sum up what acts, at its present values.
@@ -544,6 +567,8 @@ contains
       class(loads_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
+      self%sums = self%sums + 1
+      self%fraction = -huge(1.0_wp)
       self%px(:mesh%n_nodes) = 0
       self%py(:mesh%n_nodes) = 0
       call self%add_nodal_forces()
@@ -594,43 +619,49 @@ contains
       class(loads_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
-      real(wp) :: pressure(self%n_tags), edge(2), push(2)
-      integer :: e, k, t, i, ends(2)
+      real(wp) :: pressure(self%n_tags), push(2)
+      integer :: e, k, t, ends(2)
       do t = 1, self%n_tags
-         pressure(t) = 0
-         do i = self%tag_first(t), self%tag_first(t + 1) - 1
-            pressure(t) = pressure(t) + self%ramp(self%tag_member(i))%now
-         end do
+         pressure(t) = pressure_of(self, t)
       end do
       do e = 1, mesh%n_elements
          do k = 1, 3
             t = mesh%face_tag(k, e)
             if (t == 0) cycle
             ends = mesh%connectivity([k, next_corner(k)], e)
-            edge = mesh%x(:, ends(2)) - mesh%x(:, ends(1))
-            push = 0.5_wp*pressure(t)*material%section(mesh%section(e))%thickness*[-edge(2), edge(1)]
+            push = face_push(mesh, material, pressure(t), e, ends)
             self%px(ends) = self%px(ends) + push(1)
             self%py(ends) = self%py(ends) + push(2)
          end do
       end do
    end subroutine add_pressures
 
+   !> Pressure on the faces with a tag now [stress].
+   pure real(wp) function pressure_of(self, tag) result(pressure)
+      class(loads_t), intent(in) :: self
+      integer, intent(in) :: tag
+      integer :: i
+      pressure = 0
+      do i = self%tag_first(tag), self%tag_first(tag + 1) - 1
+         pressure = pressure + self%ramp(self%tag_member(i))%now
+      end do
+   end function pressure_of
+
    !> Gravity: a third of an element's weight at each corner.
    subroutine add_gravity(self, mesh, material)
       class(loads_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
-      real(wp) :: third, g
+      real(wp) :: weight(2)
       integer :: d, e
       do d = 1, self%n_acting
          if (self%acting(d)%kind /= load_gravity) cycle
-         g = self%ramp(d)%now
          do e = 1, mesh%n_elements
             if (.not. acts_on_element(self%acting(d), mesh, e)) cycle
-            associate (section => material%section(mesh%section(e)), corner => mesh%connectivity(:, e))
-               third = g*section%density*section%thickness*mesh%area(e)/3
-               self%px(corner) = self%px(corner) + third*self%acting(d)%direction(1)
-               self%py(corner) = self%py(corner) + third*self%acting(d)%direction(2)
+            weight = corner_weight(mesh, material, self%ramp(d)%now, self%acting(d)%direction, e)
+            associate (corner => mesh%connectivity(:, e))
+               self%px(corner) = self%px(corner) + weight(1)
+               self%py(corner) = self%py(corner) + weight(2)
             end associate
          end do
       end do

@@ -1,20 +1,28 @@
 !> The pieces the body has fallen into: nodes connected through elements, not through contact.
 module rf_pieces
    use rf_kinds, only: wp
+   use rf_grow, only: grow
    use rf_mesh, only: mesh_t
+   use rf_topology, only: changes_t
    use rf_loads, only: loads_t
    implicit none
    private
    public :: pieces_t
 
    type :: pieces_t
+      !> pieces; nodes that are labelled
       integer :: n = 0
+      integer, private :: n_nodes = 0
       !> piece of each node, numbered by the first element in the deck's order, (nodes)
       integer, allocatable :: of_node(:)
       !> the piece has supports; applied forces act on it; its supports leave it free to slide along x or y, (pieces)
       logical, allocatable :: supported(:), loaded(:), slides(:)
+      !> the last search that came to each element, +s from one side and -s from the other, (elements)
+      integer, allocatable, private :: seen(:)
+      integer, private :: search = 0
    contains
-      procedure :: find, look_at_loads
+      procedure :: find, follow, look_at_loads
+      procedure, private :: still_joined
    end type pieces_t
 
 contains
@@ -45,8 +53,8 @@ contains
          self%n = self%n + 1
          label(a) = self%n
       end do
-      if (allocated(self%of_node)) deallocate (self%of_node)
-      allocate (self%of_node(mesh%n_nodes))
+      call grow(self%of_node, mesh%n_nodes)
+      self%n_nodes = mesh%n_nodes
       do n = 1, mesh%n_nodes
          self%of_node(n) = label(find_root(n))
       end do
@@ -64,6 +72,72 @@ contains
 
    end subroutine find
 
+   !> Label the new nodes of a split. A piece comes apart only where a node and its copy do: that is looked for from both sides
+   !> at once, so that it takes no more than a walk round the nearest end of the crack. Only if one is found, or where parts
+   !> may hang together at a point, all nodes are labelled anew.
+   subroutine follow(self, mesh, changes)
+      class(pieces_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(changes_t), intent(in) :: changes
+      integer :: i
+      call grow(self%of_node, mesh%n_nodes)
+      call grow(self%seen, mesh%n_elements)
+      do i = 1, changes%n_nodes
+         self%of_node(changes%node(i)) = self%of_node(changes%parent(1, i))
+         if (changes%parent(2, i) > 0) cycle
+         if (self%still_joined(mesh, mesh%element_of(changes%parent(1, i)), mesh%element_of(changes%node(i)))) cycle
+         call self%find(mesh)
+         return
+      end do
+      self%n_nodes = mesh%n_nodes
+   end subroutine follow
+
+   !> Whether two elements hang together through edges that are whole. Both sides are searched in turn, one element each; the
+   !> search ends where they meet or one has nothing left.
+   logical function still_joined(self, mesh, one, other) result(joined)
+      class(pieces_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: one, other
+      integer, allocatable :: list(:, :)
+      integer :: done(2), known(2), side, k, e, next
+      joined = one == other
+      if (joined) return
+      self%search = self%search + 1
+      allocate (list(64, 2))
+      list(1, :) = [one, other]
+      self%seen(one) = self%search
+      self%seen(other) = -self%search
+      known = 1
+      done = 0
+      do
+         do side = 1, 2
+            if (done(side) == known(side)) return
+            done(side) = done(side) + 1
+            e = list(done(side), side)
+            if (maxval(known) + 3 > size(list, 1)) call lengthen(list)
+            do k = 1, 3
+               next = mesh%neighbour(k, e)
+               if (next == 0 .or. mesh%segment(k, e) > 0) cycle
+               if (self%seen(next) == self%seen(e)) cycle
+               joined = self%seen(next) == -self%seen(e)
+               if (joined) return
+               self%seen(next) = self%seen(e)
+               known(side) = known(side) + 1
+               list(known(side), side) = next
+            end do
+         end do
+      end do
+   end function still_joined
+
+   !> Twice as long lists.
+   subroutine lengthen(list)
+      integer, allocatable, intent(inout) :: list(:, :)
+      integer, allocatable :: longer(:, :)
+      allocate (longer(2*size(list, 1), 2))
+      longer(:size(list, 1), :) = list
+      call move_alloc(longer, list)
+   end subroutine lengthen
+
    !> Which pieces have supports and which bear applied forces. What cohesion holds together shares both.
    subroutine look_at_loads(self, loads, bonds)
       class(pieces_t), intent(inout) :: self
@@ -74,11 +148,11 @@ contains
       integer :: n, p
       if (allocated(self%supported)) deallocate (self%supported, self%loaded, self%slides)
       allocate (self%supported(self%n), self%loaded(self%n), self%slides(self%n), held(2, self%n), source=.false.)
-      do n = 1, size(self%of_node)
+      do n = 1, self%n_nodes
          p = self%of_node(n)
          held(1, p) = held(1, p) .or. loads%free_x(n) < 0.5_wp
          held(2, p) = held(2, p) .or. loads%free_y(n) < 0.5_wp
-         if (abs(loads%px(n)) > 0 .or. abs(loads%py(n)) > 0) self%loaded(p) = .true.
+         if (maxval(abs(loads%applied(:, n))) > 0) self%loaded(p) = .true.      ! an initial stress drives no piece as a whole
       end do
       if (present(bonds)) call share(self, bonds, held)
       self%supported = held(1, :) .or. held(2, :)

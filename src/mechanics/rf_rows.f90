@@ -35,10 +35,10 @@ module rf_rows
       real(wp), allocatable :: inverse_mass(:)
       !> place and room of each block among the entries
       integer, allocatable, private :: start(:), room(:)
-      integer, private :: n_entries = 0
+      integer, private :: n_entries = 0, n_nodes = 0
    contains
       procedure :: build, update
-      procedure, private :: build_block, place_block, size_blocks
+      procedure, private :: build_row, place_block, load_block, size_blocks
    end type rows_t
 
    !> rows of one block before they are laid out: neighbours of slot k are entries (k - 1) width + 1 ...
@@ -55,13 +55,20 @@ contains
       class(rows_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
-      integer :: b
+      type(draft_t) :: draft
+      integer, allocatable :: around(:)
+      integer :: b, slot
       self%n_blocks = 0
       self%n_entries = 0
+      self%n_nodes = 0
       call self%size_blocks(mesh%n_nodes)
       call grow_entries(self, entries_of(mesh))
+      allocate (draft%column(8, block_size), draft%k(4, 8, block_size))
       do b = 1, self%n_blocks
-         call self%build_block(mesh, material, b)
+         do slot = 1, self%count(b)
+            call self%build_row(mesh, material, b, slot, draft, around)
+         end do
+         call self%place_block(b, draft)
       end do
    end subroutine build
 
@@ -98,23 +105,31 @@ contains
       call grow(self%kyy, n, lanes)
    end subroutine grow_entries
 
-   !> Rebuild the blocks of all nodes of changed elements.
+   !> Rebuild the rows of all nodes of changed elements; the other rows of their blocks are laid out anew as they are.
    subroutine update(self, mesh, material, changes)
       class(rows_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
       type(changes_t), intent(in) :: changes
-      logical, allocatable :: touched(:)
-      integer :: i, k, b
+      type(draft_t) :: draft
+      integer, allocatable :: node(:), around(:)
+      integer :: n, i, block, before
+      before = self%n_nodes
       call self%size_blocks(mesh%n_nodes)
-      allocate (touched(self%n_blocks), source=.false.)
-      do i = 1, changes%n_elements
-         do k = 1, 3
-            touched((mesh%connectivity(k, changes%element(i)) - 1)/block_size + 1) = .true.
-         end do
-      end do
-      do b = 1, self%n_blocks
-         if (touched(b)) call self%build_block(mesh, material, b)
+      call changes%corners(mesh, node, n)
+      allocate (draft%column(8, block_size), draft%k(4, 8, block_size))
+      do i = 1, n
+         block = (node(i) - 1)/block_size + 1
+         if (i == 1) then
+            call self%load_block(block, before, draft)
+         else if (block > (node(i - 1) - 1)/block_size + 1) then
+            call self%load_block(block, before, draft)
+         end if
+         call self%build_row(mesh, material, block, node(i) - self%first(block) + 1, draft, around)
+         if (i < n) then
+            if ((node(i + 1) - 1)/block_size + 1 == block) cycle
+         end if
+         call self%place_block(block, draft)
       end do
    end subroutine update
 
@@ -140,33 +155,59 @@ contains
          self%count(b) = min(block_size, n_nodes - self%first(b) + 1)
       end do
       self%n_blocks = n
+      self%n_nodes = n_nodes
    end subroutine size_blocks
 
-   !> Rows of one block from the elements round its nodes.
-   subroutine build_block(self, mesh, material, block)
+   !> Row of one node from the elements round it.
+   subroutine build_row(self, mesh, material, block, slot, draft, around)
       class(rows_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
-      integer, intent(in) :: block
-      type(draft_t) :: draft
-      integer, allocatable :: around(:)
-      integer :: k, n, node, i
+      integer, intent(in) :: block, slot
+      type(draft_t), intent(inout) :: draft
+      !> list to work on
+      integer, allocatable, intent(inout) :: around(:)
+      integer :: n, node, i
       real(wp) :: sums(2)
-      allocate (draft%column(8, block_size), draft%k(4, 8, block_size))
-      do k = 1, self%count(block)
-         node = self%first(block) + k - 1
-         sums = 0
-         call elements_around(mesh, node, around, n)
-         call sort_ascending(around(:n))        ! sums do not depend on where the walk round the node began
-         do i = 1, n
-            call add_element(draft, k, mesh, material, around(i), node, sums)
-         end do
-         call sort_row(draft, k)
-         self%row_sum(node) = maxval(sums)
-         self%inverse_mass(node) = 1/(mass_factor*self%row_sum(node))
+      node = self%first(block) + slot - 1
+      draft%valence(slot) = 0
+      sums = 0
+      call elements_around(mesh, node, around, n)
+      call sort_ascending(around(:n))        ! sums do not depend on where the walk round the node began
+      do i = 1, n
+         call add_element(draft, slot, mesh, material, around(i), node, sums)
       end do
-      call self%place_block(block, draft)
-   end subroutine build_block
+      call sort_row(draft, slot)
+      self%row_sum(node) = maxval(sums)
+      self%inverse_mass(node) = 1/(mass_factor*self%row_sum(node))
+   end subroutine build_row
+
+   !> The rows of a block as they lie in their slices.
+   subroutine load_block(self, block, n_nodes, draft)
+      class(rows_t), intent(in) :: self
+      integer, intent(in) :: block
+      !> nodes that had rows when the block was laid out
+      integer, intent(in) :: n_nodes
+      type(draft_t), intent(inout) :: draft
+      integer :: row, lane, s, p, i, slot
+      do row = 1, min(block_size, n_nodes - self%first(block) + 1)
+         s = (row - 1)/lanes + 1
+         lane = row - (s - 1)*lanes
+         slot = self%order(row, block) - self%first(block) + 1
+         i = 0
+         do p = self%slice(s, block), self%slice(s + 1, block) - 1
+            if (self%column(lane, p) == self%order(row, block)) exit        ! the rest fills the slice up
+            i = i + 1
+            if (i > size(draft%column, 1)) call widen(draft, 2*i)
+            draft%column(i, slot) = self%column(lane, p)
+            draft%k(1, i, slot) = self%kxx(lane, p)
+            draft%k(2, i, slot) = self%kxy(lane, p)
+            draft%k(3, i, slot) = self%kyx(lane, p)
+            draft%k(4, i, slot) = self%kyy(lane, p)
+         end do
+         draft%valence(slot) = i
+      end do
+   end subroutine load_block
 
    !> Add an element's stiffness to the row of one of its nodes.
    subroutine add_element(draft, slot, mesh, material, element, node, sums)

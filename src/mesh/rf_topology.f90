@@ -32,7 +32,7 @@ module rf_topology
       integer, allocatable :: child(:, :)
       integer :: n_children = 0
    contains
-      procedure :: clear
+      procedure :: clear, corners
       procedure, private :: add_node, add_element, add_child
    end type changes_t
 
@@ -44,7 +44,30 @@ contains
       self%n_nodes = 0
       self%n_elements = 0
       self%n_children = 0
+      call grow(self%element, 0)       ! a crack that opens nothing changes no element: an empty list, not none
    end subroutine clear
+
+   !> Nodes of all changed elements, ascending, each once: all whose surroundings a split may have changed.
+   subroutine corners(self, mesh, nodes, n)
+      class(changes_t), intent(in) :: self
+      type(mesh_t), intent(in) :: mesh
+      !> the nodes, and how many they are
+      integer, allocatable, intent(inout) :: nodes(:)
+      integer, intent(out) :: n
+      integer :: i, k, found
+      call grow(nodes, 3*self%n_elements)
+      do i = 1, self%n_elements
+         nodes(3*i - 2:3*i) = mesh%connectivity(:, self%element(i))
+      end do
+      found = 3*self%n_elements
+      call sort_ascending(nodes(:found))
+      n = min(1, found)
+      do k = 2, found
+         if (nodes(k) == nodes(n)) cycle
+         n = n + 1
+         nodes(n) = nodes(k)
+      end do
+   end subroutine corners
 
    subroutine add_node(self, node, parent, on_boundary)
       class(changes_t), intent(inout) :: self

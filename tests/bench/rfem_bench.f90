@@ -222,6 +222,9 @@ contains
       real(wp) :: start
       integer :: i, n, draws
       allocate (whole(events), item(size(item_name), events))
+      model%relaxation%settings%max_iterations = 3
+      call model%equilibrate(never)
+      call model%accept(.false.)
       draws = 0
       do i = 1, events
          call plan_at_random(draws, split)
@@ -259,13 +262,13 @@ contains
       t(3) = monotonic_time()
       call model%loads%adopt(model%changes)
       t(4) = monotonic_time()
-      call model%loads%apply(model%mesh, model%material, 1.0_wp, 1.0_wp)
+      call model%loads%follow(model%mesh, model%material, model%changes, 1.0_wp, 1.0_wp)
       t(5) = monotonic_time()
       call model%rows%update(model%mesh, model%material, model%changes)
       t(6) = monotonic_time()
       call model%contact%rebuild(model%mesh, model%material, model%motion, model%changes)
       t(7) = monotonic_time()
-      call model%pieces%find(model%mesh)
+      call model%pieces%follow(model%mesh, model%changes)
       t(8) = monotonic_time()
       call model%energy%adopt(model%changes, model%loads, model%mesh%n_nodes)
       t(9) = monotonic_time()

@@ -14,6 +14,9 @@ program random_splits
    use rf_material, only: material_t
    use rf_motion, only: motion_t
    use rf_contact, only: contact_t
+   use rf_rows, only: rows_t
+   use rf_step_k, only: internal_forces
+   use rf_pieces, only: pieces_t
    use rf_loads, only: loads_t, load_definition_t, load_support, load_force, load_edges, load_gravity
    use rf_criterion, only: max_rays, mode_tension, mode_shear
    use rf_criterion_cutoff, only: cutoff_t
@@ -31,6 +34,8 @@ program random_splits
       type(motion_t) :: motion
       type(contact_t) :: contact
       type(loads_t) :: loads
+      type(rows_t) :: rows
+      type(pieces_t) :: pieces
       type(baseline_t) :: baseline
       type(split_limits_t) :: limits
       logical, allocatable :: no_split_node(:), no_split_element(:)
@@ -141,6 +146,8 @@ contains
       call set_in_motion(body)
       call load(body)
       call body%contact%rebuild(body%mesh, body%material, body%motion)
+      call body%rows%build(body%mesh, body%material)
+      call body%pieces%find(body%mesh)
    end subroutine make_body
 
    !> Random displacements and velocities.
@@ -238,13 +245,16 @@ contains
       call body%material%adopt(changes)
       call body%motion%adopt(changes)
       call body%loads%adopt(changes)
-      call body%loads%apply(body%mesh, body%material, 0.5_wp, 0.5_wp)
+      call body%loads%follow(body%mesh, body%material, changes, 0.5_wp, 0.5_wp)
+      call body%rows%update(body%mesh, body%material, changes)
+      call body%pieces%follow(body%mesh, changes)
       call body%contact%rebuild(body%mesh, body%material, body%motion, changes)
       call check_invariants(body%mesh, body%baseline, problem, changes)
       if (len(problem) == 0) call check_changes(before, body%mesh, changes, problem)
       if (len(problem) == 0) call check_carried(totals, body%mesh, body%motion, changes, problem)
       if (len(problem) == 0) call check_forces(forces, body%mesh, body%material, body%motion, changes, problem, jump)
       largest_jump = max(largest_jump, jump)
+      if (len(problem) == 0) call check_followed(body, problem)
       if (len(problem) == 0) call check_pairs(body%mesh, body%material, body%contact, problem)
       if (norm2(applied_now(body) - body%applied) > 1.0e-11_wp*body%applied_scale) problem = 'the sum of the loads has changed'
       do i = 1, changes%n_elements
@@ -257,6 +267,45 @@ contains
       done = done + 1
       kinds(split%kind) = kinds(split%kind) + 1
    end subroutine split_and_check
+
+   !> What follows a split where it touched the body is what it would be if it were found anew, bit for bit.
+   subroutine check_followed(body, problem)
+      type(body_t), intent(in) :: body
+      character(len=:), allocatable, intent(inout) :: problem
+      type(loads_t) :: loads
+      type(rows_t) :: rows
+      type(pieces_t) :: pieces
+      integer :: n
+      n = body%mesh%n_nodes
+      loads = body%loads
+      call loads%apply(body%mesh, body%material, 0.5_wp, 0.5_wp)
+      if (any(differ(loads%px(:n), body%loads%px(:n)) .or. differ(loads%py(:n), body%loads%py(:n)))) problem = 'forces on nodes'
+      if (any(differ(loads%cx(:n), body%loads%cx(:n)) .or. differ(loads%cy(:n), body%loads%cy(:n)))) problem = 'supports'
+      if (any(differ(loads%applied(:, :n), body%loads%applied(:, :n)))) problem = 'applied forces'
+      call pieces%find(body%mesh)
+      if (pieces%n /= body%pieces%n) problem = 'the number of pieces'
+      if (any(pieces%of_node(:n) /= body%pieces%of_node(:n))) problem = 'pieces of nodes'
+      call rows%build(body%mesh, body%material)
+      if (any(differ(rows%row_sum(:n), body%rows%row_sum(:n)))) problem = 'sums of the rows'
+      if (any(differ(forces_of(rows, body), forces_of(body%rows, body)))) problem = 'rows'
+      if (len(problem) > 0) problem = problem//' did not follow'
+   end subroutine check_followed
+
+   elemental logical function differ(one, other)
+      real(wp), intent(in) :: one, other
+      differ = abs(one - other) > 0
+   end function differ
+
+   !> Internal forces by the rows [force], (2 nodes).
+   function forces_of(rows, body) result(f)
+      type(rows_t), intent(in) :: rows
+      type(body_t), intent(in) :: body
+      real(wp), allocatable :: f(:)
+      real(wp) :: fx(body%mesh%n_nodes), fy(body%mesh%n_nodes)
+      call internal_forces(rows%n_blocks, rows%first, rows%count, rows%slice, rows%order, rows%column, rows%kxx, rows%kxy, &
+                           rows%kyx, rows%kyy, body%motion%ux, body%motion%uy, fx, fy)
+      f = [fx, fy]
+   end function forces_of
 
    subroutine fail(body, problem, split)
       type(body_t), intent(in) :: body

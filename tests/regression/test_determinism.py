@@ -121,3 +121,22 @@ def test_ordering(deck, settings, ordering, tmp_path):
     for column in ("node", "element", "mode", "type", "new_nodes", "new_elements"):
         assert one[column].tolist() == other[column].tolist(), column
     assert close(one["direction_deg"], other["direction_deg"], 1e-9)
+
+
+SPALLING = PAPER.parent / "tutorial" / "spalling" / "spalling.inp"
+
+
+def test_threads_and_outputs_of_a_dynamic_step(tmp_path):
+    """Waves, splits, impacts and friction in time: neither threads nor outputs change a bit; the ledger closes."""
+    one = run(SPALLING, tmp_path / "t1", "--threads", 1)
+    assert one.history["event_count"][-1] > 20
+    assert one.history["damping_work"][-1] > 0 < one.history["friction_work"][-1]
+    assert abs(one.history["energy_error"]).max() < 1e-12
+    two = run(SPALLING, tmp_path / "t2", "--threads", 2)
+    assert two.digests == one.digests
+    for table in ("_history.csv", "_events.csv"):
+        assert two.path(table).read_text() == one.path(table).read_text()
+    text = "*OUTPUT, FIELD, FREQUENCY=100, EVENTS=10\n*OUTPUT, HISTORY, FREQUENCY=7, EVENTS=1\n*END STEP"
+    other = run(edited(SPALLING, tmp_path, ("*END STEP", text)), tmp_path / "outputs", "--threads", 1)
+    assert other.digests == one.digests
+    assert other.path("_events.csv").read_text() == one.path("_events.csv").read_text()

@@ -171,7 +171,7 @@ contains
       call self%material%initial%nodal_forces(self%mesh, self%material%section%thickness, self%loads%initial, self%changes)
       call self%contact%rebuild(self%mesh, self%material, self%motion, self%changes)
       call self%rows%update(self%mesh, self%material, self%changes)
-      call self%pieces%find(self%mesh)
+      call self%pieces%follow(self%mesh, self%changes)
    end subroutine follow
 
    !> Put nodes into a set.

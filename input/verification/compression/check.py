@@ -68,4 +68,4 @@ def draw(case, peaks):
         calibration. Grey: 1 % (the Brazilian disc is judged by 3 %). The specimens in compression and tension
         have one triangle that is half a per cent weaker; the Brazilian disc's strength is the tension at its centre
         by Hondros's formula."""
-    case.figure("strengths", figure, caption)
+    case.figure("strengths", figure, caption, first=True)

@@ -1,6 +1,6 @@
 """Writes griffith_hH.inc, half of the plate (x >= 0), graded to H at the tip (Gmsh).
 
-    mesh.py H..
+mesh.py H..
 """
 
 import subprocess

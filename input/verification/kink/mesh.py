@@ -1,6 +1,6 @@
 """Writes kink_A.inc: a plate with a crack at A degrees to the y axis, elements of 0.5 at its tips (Gmsh).
 
-    mesh.py A..
+mesh.py A..
 """
 
 import math

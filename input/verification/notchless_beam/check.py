@@ -67,4 +67,5 @@ def draw(case, runs):
             f"Jittered mesh of 5 mm, {seed} (not judged): first crack at {abs(run.events['LOAD_rf2'][0]):.1f} N, "
             f"crack up to {np.abs(ends[:, :, 0] - SPAN_MIDDLE).max():.1f} mm from mid-span."
         )
-    case.figure("paths", figure, "Crack paths on the paper's meshes and two jittered ones, and load over displacement.")
+    caption = "Crack paths on the paper's meshes and two jittered ones, and load over displacement."
+    case.figure("paths", figure, caption, first=True)

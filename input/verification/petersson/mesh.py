@@ -1,6 +1,6 @@
 """Writes petersson_hH.inc: the notched beam, elements of H along the ligament (Gmsh).
 
-    mesh.py H..
+mesh.py H..
 """
 
 import subprocess

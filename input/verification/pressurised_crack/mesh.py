@@ -1,6 +1,6 @@
 """Writes pressurised_hH.inc: a plate of 40 x 40 with elements of H along the crack (Gmsh).
 
-    mesh.py H..
+mesh.py H..
 """
 
 import subprocess

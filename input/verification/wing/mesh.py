@@ -1,6 +1,6 @@
 """Writes wing_hH.inc: a block of 50 x 100 with a flaw at 45 degrees, elements of H at its tips (Gmsh).
 
-    mesh.py H..
+mesh.py H..
 """
 
 import subprocess
