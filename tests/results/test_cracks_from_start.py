@@ -99,8 +99,8 @@ def test_pressed_part_keeps_its_length(line, tmp_path):
 def test_supports_stay_in_place(tmp_path):
     """A crack beside a node that a support or a force means: neither fitting nor smoothing moves it."""
     deck = DECK.replace("BOTTOM, 2, 2", "PIN, 2, 2").replace("NSET=BOTTOM", "NSET=PIN").replace("STAGGERED", "DIAGONAL")
-    deck = deck.replace("{cracks}", "*NSET, NSET=ALONE, NEAREST\n1.5, 0.\n*NSET, NSET=INSIDE, NEAREST\n2.5, 2.5\n{cracks}")
-    cracks = "*CRACK, NAME=A\n1.55, -1.\n1.62, 1.\n*CRACK, NAME=B\n2.2, 2.55\n2.9, 2.6\n"
+    sets = "*NSET, NSET=ALONE, NEAREST\n1.5, 0.\n*NSET, NSET=INSIDE, NEAREST\n2.5, 2.5\n"
+    cracks = sets + "*CRACK, NAME=A\n1.55, -1.\n1.62, 1.\n*CRACK, NAME=B\n2.2, 2.55\n2.9, 2.6\n"
     (tmp_path / "block.inp").write_text(
         deck.format(cracks=cracks, loads="*BOUNDARY\nALONE, 2, 2\n*CLOAD\nINSIDE, 2, -1.\n")
     )
