@@ -25,6 +25,9 @@ module rf_failure
    integer, parameter :: select_worst = 1, select_separated = 2, select_all = 3
    !> part of the largest screen value from which the node's patch is fitted
    real(wp), parameter :: screen_margin = 0.7_wp
+   !> ratio of the stress intensities of shear and opening over that of the mean stresses round a tip: the mean of the
+   !> singular field over a circle is 0.76 K_I across the crack and 0.51 K_II along it
+   real(wp), parameter :: mean_ratio = 1.5_wp
    !> utilisations closer than this tie
    real(wp), parameter :: tie = 1.0e-6_wp
    !> materials that may meet at one node
@@ -63,6 +66,8 @@ module rf_failure
       logical, allocatable :: shielded(:)
       !> the tip of a crack that softens, (nodes)
       logical, allocatable :: soft_tip(:)
+      !> direction in which the ray that made it went on, unit vector, (2, nodes)
+      real(wp), allocatable :: tip_direction(:, :)
       !> elements round the node have changed since the last look: its stress is not known, (nodes)
       logical, allocatable, private :: stale(:)
       !> tensile strength, cohesion, tangent of the friction angle of each element, (3, elements)
@@ -83,8 +88,9 @@ module rf_failure
       !> each node, (nodes)
       real(wp), allocatable, private :: element_bound(:), screen(:)
    contains
-      procedure :: prepare, adopt, shield, renumber, look, look_everywhere, plan, plan_at, may_fail
+      procedure :: prepare, adopt, shield, renumber, look, look_everywhere, plan, plan_at, may_fail, aim
       procedure, private :: reserve, stress_of_elements, set_strength, look_at_node, candidates, find_largest, note_out_of_plane
+      procedure, private :: rays_of
    end type failure_t
 
 contains
@@ -108,6 +114,7 @@ contains
       call grow(self%exhausted, mesh%n_nodes)
       call grow(self%shielded, mesh%n_nodes)
       call grow(self%soft_tip, mesh%n_nodes)
+      call grow(self%tip_direction, mesh%n_nodes, 2)
       call grow(self%stale, mesh%n_nodes)
       call grow(self%stress, mesh%n_nodes, 3)
       call grow(self%utilisation, mesh%n_nodes)
@@ -174,6 +181,7 @@ contains
       call carry(self%exhausted, map%node_from)
       call carry(self%shielded, map%node_from)
       call carry(self%soft_tip, map%node_from)
+      call carry(self%tip_direction, map%node_from)
       call carry(self%stale, map%node_from)
       call carry(self%stress, map%node_from)
       call carry(self%utilisation, map%node_from)
@@ -378,13 +386,13 @@ contains
       integer, intent(in) :: node
       type(patch_work_t), intent(inout) :: work
       integer :: list(max_materials), n, i, attempt
-      real(wp) :: stress(3, 1), strength(3, 1), f(1), around(3)
+      real(wp) :: stress(3, 1), strength(3, 1), f(1)
       integer(i1) :: mode(1)
       call materials_at_node(mesh, material, node, work, list, n)
       do i = 1, n
          do attempt = 1, 2
             call node_stress(mesh, material, self%element_stress, self%element_strength, node, list(i), attempt == 1, work, &
-                             stress(:, 1), strength(:, 1), around)
+                             stress(:, 1), strength(:, 1))
             f = no_utilisation
             mode = mode_none
             if (self%strength(list(i))%given) call self%criterion(list(i))%law%utilisation(1, stress, strength, f, mode)
@@ -394,8 +402,6 @@ contains
          end do
          if (i > 1 .and. .not. f(1) > self%utilisation(node)) cycle
          self%stress(:, node) = stress(:, 1)
-         ! ahead of a crack that softens both principal stresses are the same: the stress around it tells the direction
-         if (self%soft_tip(node)) self%stress(:, node) = around
          self%utilisation(node) = f(1)
          self%mode(node) = mode(1)
          self%deciding_material(node) = list(i)
@@ -457,7 +463,7 @@ contains
       limits%max_level = self%settings%max_level
       limits%along_edges = self%settings%splitting == splitting_edge
       m = self%deciding_material(node)
-      call self%criterion(m)%law%directions(self%stress(:, node), self%strength(m)%tan_friction, self%mode(node), ray, n_rays)
+      call self%rays_of(node, ray, n_rays)
       call choose_split(mesh, node, ray(:, :n_rays), limits, self%element_utilisation, self%no_split_node, &
                         self%no_split_element, split)
       if (split%node > 0) then
@@ -471,6 +477,55 @@ contains
          self%largest_exhausted = max(self%largest_exhausted, self%utilisation(node))
       end if
    end subroutine plan_at
+
+   !> Directions that a failed node may break in. Ahead of a crack that softens both principal stresses may be tensions of
+   !> about the same size, which point nowhere or along the crack's normal; there the crack turns by what the shear along
+   !> it asks for, as at the tip of a sharp crack (theory: eq. 30a).
+   subroutine rays_of(self, node, ray, n_rays)
+      class(failure_t), intent(in) :: self
+      integer, intent(in) :: node
+      real(wp), intent(out) :: ray(:, :)
+      integer, intent(out) :: n_rays
+      real(wp) :: d(2), normal, shear, ratio, turn, s1, s3
+      associate (m => self%deciding_material(node), s => self%stress(:, node))
+         call self%criterion(m)%law%directions(s, self%strength(m)%tan_friction, self%mode(node), ray, n_rays)
+         if (.not. self%soft_tip(node) .or. self%mode(node) /= mode_tension) return
+         d = self%tip_direction(:, node)
+         call principal(s, s1, s3)
+         if (.not. (norm2(d) > 0 .and. s1 < 0)) return
+         normal = s(1)*d(2)**2 + s(2)*d(1)**2 - 2*s(3)*d(1)*d(2)
+         shear = (s(2) - s(1))*d(1)*d(2) + s(3)*(d(1)**2 - d(2)**2)
+         if (.not. normal > 0) return
+         ratio = mean_ratio*shear/normal
+         turn = 0
+         if (abs(ratio) > 0) turn = 2*atan((1 - sqrt(1 + 8*ratio**2))/(4*ratio))
+         n_rays = 1
+         ray(:, 1) = [d(1)*cos(turn) - d(2)*sin(turn), d(2)*cos(turn) + d(1)*sin(turn)]
+      end associate
+   end subroutine rays_of
+
+   !> The tips that an event made remember where its ray was going.
+   subroutine aim(self, mesh, event, start, direction)
+      class(failure_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: event
+      !> where the ray began [length]; its direction, unit vector
+      real(wp), intent(in) :: start(2), direction(2)
+      integer :: s, i, nodes(2, 2)
+      real(wp) :: chord(2)
+      do s = mesh%n_segments, 1, -1
+         if (mesh%segment_event(s) /= event) cycle
+         nodes = side_nodes(mesh, s)
+         do i = 1, 2
+            if (nodes(i, 1) /= nodes(i, 2)) cycle
+            ! half of it the way that the crack took, else the turns would add up on a path that does not follow them
+            chord = mesh%x(:, nodes(i, 1)) - start
+            if (.not. dot_product(chord, direction) > 0) cycle
+            chord = chord/norm2(chord) + direction
+            self%tip_direction(:, nodes(i, 1)) = chord/norm2(chord)
+         end do
+      end do
+   end subroutine aim
 
    !> Whether a node may fail at all: not in a region that never breaks, not exhausted, no hinge.
    pure logical function may_fail(self, mesh, node)

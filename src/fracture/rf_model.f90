@@ -102,7 +102,6 @@ contains
       call self%contact%settle(self%motion, self%relaxation%b, friction_work)
       call self%energy%accept(self%loads, self%motion, self%reaction, friction_work, self%contact%cohesive%work(), &
                               self%mesh%n_nodes, at_event)
-      call self%failure%shield(self%mesh, self%contact%bonds())
       call self%watch_slip()
       call self%watch_softening()
    end subroutine accept
@@ -121,6 +120,7 @@ contains
          p = self%contact%cohesive%steep(i)
          if (self%steep_warning_node(i) == 0 .and. p > 0) self%steep_warning_node(i) = self%contact%pair(1, p)
       end do
+      call self%failure%shield(self%mesh, self%contact%bonds())
    end subroutine watch_softening
 
    !> The first node whose pair is in contact and has slipped by a good part of the element size; 0 if there is none.
@@ -158,6 +158,7 @@ contains
       call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
       call self%failure%adopt(self%mesh, self%material, self%changes)
       call self%failure%shield(self%mesh, self%contact%bonds())
+      call self%failure%aim(self%mesh, self%events, self%mesh%x(:, plan%node), plan%direction)
       call self%watch%stop()
       if (checked_build) call self%check()
    end subroutine split

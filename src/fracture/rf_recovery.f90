@@ -32,8 +32,7 @@ module rf_recovery
 contains
 
    !> Stress and strength at a node, from the elements of one material [stress].
-   subroutine node_stress(mesh, material, element_stress, element_strength, node, which, fit, work, stress, strength, &
-                          around)
+   subroutine node_stress(mesh, material, element_stress, element_strength, node, which, fit, work, stress, strength)
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
       !> stresses of the elements, tension positive, (3, elements); their strength, (3, elements)
@@ -45,8 +44,6 @@ contains
       logical, intent(in) :: fit
       type(patch_work_t), intent(inout) :: work
       real(wp), intent(out) :: stress(3), strength(3)
-      !> area mean over the whole patch [stress]
-      real(wp), intent(out), optional :: around(3)
       real(wp) :: total, area
       integer :: i, e
       call gather_patch(mesh, material, node, which, work)
@@ -62,7 +59,6 @@ contains
       end do
       stress = stress/total
       strength = strength/total
-      if (present(around)) around = patch_mean(mesh, element_stress, work)
       if (fit .and. .not. work%at_tip) call fit_plane(mesh, element_stress, node, work, stress)
    end subroutine node_stress
 
@@ -148,24 +144,6 @@ contains
          if (mesh%segment(k, around(i)) > 0) is_tip = is_tip .or. is_corner(mesh, mesh%neighbour(k, around(i)), node)
       end do
    end function is_tip
-
-   !> Area mean of the patch's stresses.
-   pure function patch_mean(mesh, element_stress, work) result(mean)
-      type(mesh_t), intent(in) :: mesh
-      real(wp), intent(in) :: element_stress(:, :)
-      type(patch_work_t), intent(in) :: work
-      real(wp) :: mean(3)
-      real(wp) :: total, area
-      integer :: i
-      total = 0
-      mean = 0
-      do i = 1, work%n_patch
-         area = mesh%area(work%patch(i))
-         total = total + area
-         mean = mean + area*element_stress(:, work%patch(i))
-      end do
-      mean = mean/total
-   end function patch_mean
 
    !> Replace the mean by the value at the node of the area-weighted plane through the patch's element stresses.
    subroutine fit_plane(mesh, element_stress, node, work, stress)

@@ -19,8 +19,8 @@ contains
    !> Impulses that keep all pairs from interpenetrating and within Coulomb friction (theory: eqs. 17 to 22), applied
    !> to velocities and new displacements; residuals of the contact nodes with the contact forces in.
    subroutine contact_step(n_groups, group_pair, group_node, node, pair_node, normal, normal_weight, tangent_weight, &
-                           friction, cohesion, slip_reference, bonded, rigid, cap, critical, damage, tolerance, b, counted, &
-                           inverse_mass, free_x, free_y, ux, uy, wx, wy, vx, vy, rx, ry, impulse, cohesive, separation, &
+                           friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, tolerance, b, &
+                           counted, inverse_mass, free_x, free_y, ux, uy, wx, wy, vx, vy, rx, ry, impulse, cohesive, separation, &
                            force, partial)
       integer, intent(in) :: n_groups
       !> first pair and first contact node of each group, (groups + 1)
@@ -33,6 +33,8 @@ contains
       real(wp), intent(in), contiguous :: normal_weight(:), tangent_weight(:)
       !> coefficient of friction [-], cohesive force [force], slip at which the friction force is zero-based [length]
       real(wp), intent(in), contiguous :: friction(:), cohesion(:), slip_reference(:)
+      !> gap at which the faces touch, not above 0 [length], (pairs)
+      real(wp), intent(in), contiguous :: gap_reference(:)
       !> the pair softens; it is new and bears what holds it together, (pairs)
       logical, intent(in), contiguous :: bonded(:), rigid(:)
       !> softening pairs: force of the full strength [force] and jump at which nothing is left [length], opening and slip,
@@ -59,11 +61,12 @@ contains
 
       !$omp parallel do default(none) schedule(static) if (n_groups >= groups_for_threads) &
       !$omp    shared(n_groups, group_pair, group_node, node, pair_node, normal, normal_weight, tangent_weight, friction, &
-      !$omp           cohesion, slip_reference, bonded, rigid, cap, critical, damage, tolerance, b, counted, inverse_mass, &
-      !$omp           free_x, free_y, ux, uy, wx, wy, vx, vy, rx, ry, impulse, cohesive, separation, force, partial) private(g)
+      !$omp           cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, tolerance, b, counted, &
+      !$omp           inverse_mass, free_x, free_y, ux, uy, wx, wy, vx, vy, rx, ry, impulse, cohesive, separation, &
+      !$omp           force, partial) private(g)
       do g = 1, n_groups
          call sweep_group(group_pair(g), group_pair(g + 1) - 1, node, pair_node, normal, normal_weight, tangent_weight, &
-                          friction, cohesion, slip_reference, bonded, rigid, cap, critical, damage, tolerance, b, &
+                          friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, tolerance, b, &
                           inverse_mass, free_x, free_y, ux, uy, vx, vy, impulse, cohesive, separation)
          call add_forces(group_pair(g), group_pair(g + 1) - 1, group_node(g), group_node(g + 1) - 1, node, pair_node, &
                          normal, b, counted, free_x, free_y, ux, uy, wx, wy, vx, vy, rx, ry, impulse, force, partial(:, g))
@@ -73,15 +76,16 @@ contains
 
    !> Sweep one group of pairs until its impulses stand.
    subroutine sweep_group(first, last, node, pair_node, normal, normal_weight, tangent_weight, friction, cohesion, &
-                          slip_reference, bonded, rigid, cap, critical, damage, tolerance, b, inverse_mass, free_x, free_y, &
-                          ux, uy, vx, vy, impulse, cohesive, separation)
+                          slip_reference, gap_reference, bonded, rigid, cap, critical, damage, tolerance, b, inverse_mass, &
+                          free_x, free_y, ux, uy, vx, vy, impulse, cohesive, separation)
       !> pairs of the group
       integer, intent(in) :: first, last
       !> see contact_step; without descriptors, which cost as much as the sweep of a lone pair
       integer, intent(in) :: node(*), pair_node(2, *)
       real(wp), intent(in) :: normal(2, *), normal_weight(*), tangent_weight(*), friction(*), cohesion(*)
       logical, intent(in) :: bonded(*), rigid(*)
-      real(wp), intent(in) :: slip_reference(*), cap(2, *), critical(2, *), damage(*), tolerance, b, inverse_mass(*)
+      real(wp), intent(in) :: slip_reference(*), gap_reference(*), cap(2, *), critical(2, *), damage(*), tolerance, b
+      real(wp), intent(in) :: inverse_mass(*)
       real(wp), intent(in) :: free_x(*), free_y(*), ux(*), uy(*)
       real(wp), intent(inout) :: vx(*), vy(*), impulse(2, *), cohesive(2, *), separation(*)
       real(wp) :: change, largest, now, before, bound, nx, ny, x, y
@@ -103,7 +107,7 @@ contains
             y = uy(j) - uy(i) + (vy(j) - vy(i))
             if (normal_weight(p) > 0) then
                before = impulse(1, p)
-               now = max(0.0_wp, before - (nx*x + ny*y)/normal_weight(p))
+               now = max(0.0_wp, before - (nx*x + ny*y - gap_reference(p))/normal_weight(p))
                impulse(1, p) = now
                call push(i, j, nx*(now - before), ny*(now - before))
                change = max(change, abs(now - before))
@@ -133,7 +137,7 @@ contains
          real(wp) :: jump(2), next(2)
          x = ux(j) - ux(i) + (vx(j) - vx(i))
          y = uy(j) - uy(i) + (vy(j) - vy(i))
-         jump = [nx*x + ny*y, nx*y - ny*x]
+         jump = [nx*x + ny*y - gap_reference(p), nx*y - ny*x]
          pair%weight = [normal_weight(p), tangent_weight(p)]
          pair%free = jump - pair%weight*impulse(:, p)
          pair%cap = b*cap(:, p)

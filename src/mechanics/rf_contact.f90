@@ -37,6 +37,12 @@ module rf_contact
       type(cohesive_t) :: cohesive
       !> slip from which friction is measured: that of the last converged state [length]
       real(wp), allocatable :: slip_reference(:)
+      !> gap at which the faces touch: 0, less where a split gave displaced faces a new normal by which they overlap
+      !> already. Pushing them apart at once would create energy; the overlap can shrink only (theory: eq. 17) [length]
+      real(wp), allocatable :: gap_reference(:)
+      !> friction force on b at the last accepted state [force]; the pair had not reached its limit there
+      real(wp), allocatable, private :: friction_before(:)
+      logical, allocatable, private :: stuck_before(:)
       !> normal and tangential impulse of the last step, (2, pairs)
       real(wp), allocatable :: impulse(:, :)
       !> n.(1/m_a + 1/m_b).n and the same for the tangent, fixed directions counting 0, (pairs)
@@ -53,7 +59,8 @@ module rf_contact
       integer(i8), allocatable, private :: key(:)
       integer, allocatable, private :: by_key(:)
    contains
-      procedure :: rebuild, renumber, node_force, weigh, find_pair, gap, slip, settle, traction, state, bonds
+      procedure :: rebuild, renumber, node_force, weigh, find_pair, gap, slip, opening, settle, follow_overlap, traction, state
+      procedure :: bonds
    end type contact_t
 
 contains
@@ -76,6 +83,9 @@ contains
          old%broken = self%broken(:self%n_pairs)
          old%normal = self%normal(:, :self%n_pairs)
          old%slip_reference = self%slip_reference(:self%n_pairs)
+         old%gap_reference = self%gap_reference(:self%n_pairs)
+         old%friction_before = self%friction_before(:self%n_pairs)
+         old%stuck_before = self%stuck_before(:self%n_pairs)
          old%impulse = self%impulse(:, :self%n_pairs)
          old%cohesive = self%cohesive
       end if
@@ -84,12 +94,20 @@ contains
       do p = 1, self%n_pairs
          q = old%find_pair(self%pair(1, p), self%pair(2, p))
          self%slip_reference(p) = self%slip(motion, p)
+         self%gap_reference(p) = min(0.0_wp, self%gap(motion, p))
          self%broken(p) = .false.
          self%impulse(:, p) = 0
+         self%friction_before(p) = 0
+         self%stuck_before(p) = present(changes)
          if (q > 0) then
             self%broken(p) = old%broken(q)
             self%impulse(:, p) = old%impulse(:, q)
-            if (all(abs(old%normal(:, q) - self%normal(:, p)) <= epsilon(1.0_wp))) self%slip_reference(p) = old%slip_reference(q)
+            self%friction_before(p) = old%friction_before(q)
+            self%stuck_before(p) = old%stuck_before(q)
+            if (all(abs(old%normal(:, q) - self%normal(:, p)) <= epsilon(1.0_wp))) then
+               self%slip_reference(p) = old%slip_reference(q)
+               self%gap_reference(p) = old%gap_reference(q)
+            end if
             call self%cohesive%inherit(p, old%cohesive, [q])
             cycle
          end if
@@ -257,6 +275,9 @@ contains
       call grow(self%cohesive_force, n)
       call grow(self%broken, n)
       call grow(self%slip_reference, n)
+      call grow(self%gap_reference, n)
+      call grow(self%friction_before, n)
+      call grow(self%stuck_before, n)
       call grow(self%impulse, n, 2)
       call grow(self%normal_weight, n)
       call grow(self%tangent_weight, n)
@@ -418,6 +439,9 @@ contains
       call carry(self%cohesive_force, stay)
       call carry(self%broken, stay)
       call carry(self%slip_reference, stay)
+      call carry(self%gap_reference, stay)
+      call carry(self%friction_before, stay)
+      call carry(self%stuck_before, stay)
       call carry(self%impulse, stay)
       call carry(self%normal_weight, stay)
       call carry(self%tangent_weight, stay)
@@ -529,7 +553,7 @@ contains
 
    !> A converged state is accepted: slipping and open pairs measure friction from here on, and have lost their
    !> cohesion (theory: eq. 23); what softens is damaged to where it is.
-   !> Returns the work done against friction since the last one: traction at the end times slip.
+   !> Returns the work done against friction since the last one (theory: eq. 40).
    subroutine settle(self, motion, b, friction_work)
       class(contact_t), intent(inout) :: self
       type(motion_t), intent(in) :: motion
@@ -538,19 +562,44 @@ contains
       !> [force length]
       real(wp), intent(out) :: friction_work
       integer :: p, how
-      real(wp) :: s, friction
+      real(wp) :: s, friction, mean
       friction_work = 0
       self%cohesive%stored = 0
       do p = 1, self%n_pairs
          how = self%state(p, b)
          s = self%slip(motion, p)
-         call self%cohesive%settle(p, [self%gap(motion, p), s])
-         if (how == pair_stick) cycle
+         call self%cohesive%settle(p, [self%opening(motion, p), s])
+         call self%follow_overlap(motion, p)
          friction = (self%impulse(2, p) - self%cohesive%impulse(2, p))/b
-         friction_work = friction_work - friction*(s - self%slip_reference(p))
-         self%slip_reference(p) = s
-         self%broken(p) = .true.
+         if (how /= pair_stick) then
+            ! a pair that slides on does so under the mean of both tractions, one that has stuck till its limit under this
+            mean = friction
+            if (.not. (self%stuck_before(p) .or. friction*self%friction_before(p) < 0)) &
+               mean = 0.5_wp*(friction + self%friction_before(p))
+            friction_work = friction_work - mean*(s - self%slip_reference(p))
+            self%slip_reference(p) = s
+            self%broken(p) = .true.
+         end if
+         self%friction_before(p) = friction
+         self%stuck_before(p) = how == pair_stick
       end do
    end subroutine settle
+
+   !> Opening of a pair from where its faces touch [length].
+   pure real(wp) function opening(self, motion, p)
+      class(contact_t), intent(in) :: self
+      type(motion_t), intent(in) :: motion
+      integer, intent(in) :: p
+      opening = self%gap(motion, p) - self%gap_reference(p)
+   end function opening
+
+   !> Faces that overlapped when they were born touch where they are now, once they have moved apart.
+   subroutine follow_overlap(self, motion, p)
+      class(contact_t), intent(inout) :: self
+      type(motion_t), intent(in) :: motion
+      integer, intent(in) :: p
+      if (.not. self%gap_reference(p) < 0 .or. self%impulse(1, p) > 0) return
+      self%gap_reference(p) = min(0.0_wp, max(self%gap_reference(p), self%gap(motion, p)))
+   end subroutine follow_overlap
 
 end module rf_contact

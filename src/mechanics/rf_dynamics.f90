@@ -293,7 +293,7 @@ contains
       if (contact%n_pairs > 0) then
          call contact_step(contact%n_groups, contact%group_pair, contact%group_node, contact%node, contact%pair_node, &
                            contact%normal, contact%normal_weight, contact%tangent_weight, contact%friction, &
-                           contact%cohesive_force, contact%slip_reference, contact%cohesive%bonded, &
+                           contact%cohesive_force, contact%slip_reference, contact%gap_reference, contact%cohesive%bonded, &
                            contact%cohesive%rigid, contact%cohesive%cap, contact%cohesive%critical, contact%cohesive%damage, &
                            contact_tolerance, 1.0_wp, self%ones, self%inverse_mass, loads%free_x, loads%free_y, &
                            motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, motion%rx, motion%ry, &
@@ -513,7 +513,8 @@ contains
       call swap(motion%uy, motion%wy)
       contact%cohesive%stored = 0
       do p = 1, contact%n_pairs
-         call contact%cohesive%settle(p, [contact%gap(motion, p), contact%slip(motion, p)])
+         call contact%cohesive%settle(p, [contact%opening(motion, p), contact%slip(motion, p)])
+         call contact%follow_overlap(motion, p)
          if (.not. contact%cohesive%bonded(p)) contact%cohesive%impulse(:, p) = 0
          if (contact%state(p, 1.0_wp) == pair_stick) cycle
          contact%slip_reference(p) = contact%slip(motion, p)

@@ -187,7 +187,8 @@ contains
       call self%contact_watch%start()
       call contact_step(contact%n_groups, contact%group_pair, contact%group_node, contact%node, contact%pair_node, &
                         contact%normal, contact%normal_weight, contact%tangent_weight, contact%friction, &
-                        contact%cohesive_force, contact%slip_reference, contact%cohesive%bonded, contact%cohesive%rigid, &
+                        contact%cohesive_force, contact%slip_reference, contact%gap_reference, contact%cohesive%bonded, &
+                        contact%cohesive%rigid, &
                         contact%cohesive%cap, contact%cohesive%critical, contact%cohesive%damage, &
                         min(contact_tolerance, contact_fraction*tolerance), b, self%counted, rows%inverse_mass, &
                         loads%free_x, loads%free_y, motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, &

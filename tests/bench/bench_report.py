@@ -30,7 +30,7 @@ def bound(row, bandwidth):
     """Million element updates per second that the bandwidth allows, and which one: what a step moves over the bandwidth
     of the fastest memory that holds it (second-level caches of all threads, third level, memory)."""
     working_set = row["bytes_per_step"]
-    level = "L2" if working_set <= 1.0e6 * row["threads"] else "L3" if working_set <= 28e6 else "DRAM"
+    level = "L2" if working_set <= 2.0e6 * row["threads"] else "L3" if working_set <= 28e6 else "DRAM"
     return row["elements"] / (working_set / bandwidth[str(row["threads"])]["bandwidth_" + level]) / 1e6, level
 
 
@@ -349,7 +349,7 @@ def roofline(figures, path):
             megabytes, [rate(row) for row in rows], "o-", color=colour, label=f"complete step, {threads} thread(s)"
         )
         wide = figures["bandwidth"][str(threads)]
-        edges = [0.8, threads * 1.0, 28.0, 400.0]
+        edges = [0.8, threads * 2.0, 28.0, 400.0]
         for level, low, high in zip(("L2", "L3", "DRAM"), edges[:-1], edges[1:], strict=True):
             if high <= low:
                 continue

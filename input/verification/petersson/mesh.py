@@ -1,47 +1,44 @@
-"""Writes petersson_hH.inc: the notched beam, elements of H along the ligament (Gmsh).
+"""Writes petersson_hH.inc: the notched beam in triangles that are symmetric about its middle, H high, H wide at the ligament.
 
 mesh.py H..
 """
 
-import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
-
-def triangles(geometry, file, folder="."):
-    """Mesh of a Gmsh geometry as keyword text: nodes and elements of the surfaces only, set ROCK."""
-    with tempfile.TemporaryDirectory() as place:
-        geo, raw = Path(place, "case.geo"), Path(place, "case.inp")
-        geo.write_text(geometry)
-        subprocess.run(["gmsh", "-2", "-format", "inp", "-o", raw, geo], check=True, stdout=subprocess.DEVNULL)
-        points, corners, block = {}, [], ""
-        for line in raw.read_text().splitlines():
-            if line.startswith("*"):
-                block = line.upper()
-            elif block.startswith("*NODE"):
-                i, x, y = line.split(",")[:3]
-                points[int(i)] = (float(x), float(y))
-            elif "CPS3" in block:
-                corners.append([int(i) for i in line.split(",")[1:4]])
-    used = {n: i + 1 for i, n in enumerate(sorted({n for e in corners for n in e}))}
-    lines = [f"** {len(used)} nodes, {len(corners)} triangles, by mesh.py with Gmsh", "*NODE"]
-    lines += [f"{i}, {round(points[n][0], 6):.9g}, {round(points[n][1], 6):.9g}" for n, i in used.items()]
-    lines += ["*ELEMENT, TYPE=CPE3, ELSET=ROCK"]
-    lines += [f"{i}, " + ", ".join(str(used[n]) for n in e) for i, e in enumerate(corners, 1)]
-    Path(folder, file).write_text("\n".join(lines) + "\n")
+LENGTH, HEIGHT = 2000.0, 200.0
 
 
-GEOMETRY = """
-Point(1) = {{0, 0, 0}}; Point(2) = {{1000, 0, 0}}; Point(3) = {{2000, 0, 0}}; Point(4) = {{2000, 200, 0}};
-Point(5) = {{1000, 200, 0}}; Point(6) = {{0, 200, 0}}; Point(7) = {{1000, 100, 0}};
-Line(1) = {{1, 2}}; Line(2) = {{2, 3}}; Line(3) = {{3, 4}}; Line(4) = {{4, 5}}; Line(5) = {{5, 6}}; Line(6) = {{6, 1}};
-Line(7) = {{2, 7}}; Line Loop(1) = {{1, 2, 3, 4, 5, 6}}; Plane Surface(1) = {{1}}; Line {{7}} In Surface {{1}};
-Field[1] = Box; Field[1].VIn = {h}; Field[1].VOut = 40; Field[1].Thickness = 250;
-Field[1].XMin = 975; Field[1].XMax = 1025; Field[1].YMin = 90; Field[1].YMax = 200; Background Field = 1;
-Mesh.CharacteristicLengthExtendFromBoundary = 0; Mesh.CharacteristicLengthFromPoints = 0; Mesh.Algorithm = 6;
-"""
+def columns(h):
+    """Distances from the middle: steps of h, growing by a quarter up to 80."""
+    x, step = [0.0], h
+    while x[-1] < LENGTH / 2:
+        if x[-1] >= 4 * h:
+            step = min(1.25 * step, 80.0)
+        x.append(x[-1] + step)
+    return [LENGTH / 2 * v / x[-1] if v > 5 * h else v for v in x]
+
+
+def write(h, folder="."):
+    """Nodes row by row from the lower left; the diagonals lean towards the middle."""
+    right = columns(h)
+    x = [LENGTH / 2 - v for v in reversed(right[1:])] + [LENGTH / 2 + v for v in right]
+    rows, n = round(HEIGHT / h), len(x)
+    lines = ["*NODE"]
+    for j in range(rows + 1):
+        lines += [f"{1 + i + j * n}, {x[i]:.6g}, {j * HEIGHT / rows:.6g}" for i in range(n)]
+    lines.append("*ELEMENT, TYPE=CPS3, ELSET=BEAM")
+    count = 0
+    for j in range(rows):
+        for i in range(n - 1):
+            a, b, c, d = 1 + i + j * n, 2 + i + j * n, 2 + i + (j + 1) * n, 1 + i + (j + 1) * n
+            left = x[i] < LENGTH / 2
+            for triangle in ((a, b, c), (a, c, d)) if left == (j % 2 == 0) else ((a, b, d), (b, c, d)):
+                count += 1
+                lines.append(f"{count}, " + ", ".join(map(str, triangle)))
+    Path(folder, f"petersson_h{h:g}.inc").write_text("\n".join(lines) + "\n")
+
 
 if __name__ == "__main__":
-    for h in sys.argv[1:]:
-        triangles(GEOMETRY.format(h=h), f"petersson_h{h}.inc")
+    for size in sys.argv[1:]:
+        write(float(size))
