@@ -63,7 +63,7 @@ contains
          call deck%finish(diagnostics)
          if (deck%describing() .or. diagnostics%n_errors > 0) return
          call model%loads%know_faces(model%mesh, simulation%loads, mesh_input%turned)
-         call insert_cracks(cracks, model, simulation%cracks_note, diagnostics)
+         call insert_cracks(cracks, simulation%loads, model, simulation%cracks_note, diagnostics)
       end associate
    end subroutine read_case
 

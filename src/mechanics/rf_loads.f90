@@ -195,7 +195,7 @@ contains
       do i = 1, size(definitions)
          call self%act(mesh, definitions(i))
       end do
-      call support_midpoints(self, mesh%n_nodes)
+      call support_midpoints(self, mesh)
       self%any_gravity = any(self%acting(:self%n_acting)%kind == load_gravity)
    end subroutine begin_step
 
@@ -250,17 +250,20 @@ contains
       if (named) named = is_named(self, definitions, mesh, self%ends(2, node), dof)
    end function is_named
 
-   !> Midpoints of boundary edges are held where both ends are, between them. Nodes come in order of creation, so ends
-   !> that are midpoints themselves have been seen to.
-   subroutine support_midpoints(self, n_nodes)
+   !> Midpoints of boundary edges are held where both ends are, between them: by their place, for those that cracks from the
+   !> start made lie anywhere. Nodes come in order of creation, so ends that are midpoints themselves have been seen to.
+   subroutine support_midpoints(self, mesh)
       type(loads_t), intent(inout) :: self
-      integer, intent(in) :: n_nodes
+      type(mesh_t), intent(in) :: mesh
       integer :: n, dof
-      do n = 1, n_nodes
+      real(wp) :: part
+      do n = 1, mesh%n_nodes
          if (self%ends(1, n) == 0) cycle
+         part = part_between(mesh, n, self%ends(:, n))
          do dof = 1, 2
             if (.not. (self%is_held(dof, self%ends(1, n)) .and. self%is_held(dof, self%ends(2, n)))) cycle
-            self%support(dof, n)%to = 0.5_wp*(self%support(dof, self%ends(1, n))%to + self%support(dof, self%ends(2, n))%to)
+            self%support(dof, n)%to = (1 - part)*self%support(dof, self%ends(1, n))%to &
+                                      + part*self%support(dof, self%ends(2, n))%to
             self%support(dof, n)%amplitude = self%support(dof, self%ends(1, n))%amplitude
             self%support(dof, n)%is_velocity = self%support(dof, self%ends(1, n))%is_velocity
             if (dof == 1) self%free_x(n) = 0
@@ -268,6 +271,17 @@ contains
          end do
       end do
    end subroutine support_midpoints
+
+   !> How far a node lies from the first to the second end of its edge [-]; a half, without rounding, in the middle.
+   pure real(wp) function part_between(mesh, node, ends) result(part)
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: node, ends(2)
+      real(wp) :: edge(2)
+      part = 0.5_wp
+      if (.not. any(abs(mesh%x(:, node) - 0.5_wp*(mesh%x(:, ends(1)) + mesh%x(:, ends(2)))) > 0)) return
+      edge = mesh%x(:, ends(2)) - mesh%x(:, ends(1))
+      part = dot_product(mesh%x(:, node) - mesh%x(:, ends(1)), edge)/dot_product(edge, edge)
+   end function part_between
 
    !> OP=NEW for loads: all that acted falls to zero, unless a definition takes it up again.
    subroutine drop(self, replaced)
