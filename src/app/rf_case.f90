@@ -54,8 +54,8 @@ contains
          call read_fracture(deck, simulation%fracture)
          call check_strengths(deck, model%mesh, model%material, model%failure)
          call read_removals(deck, mesh_input, model%mesh, simulation%removals)
-         call read_loads(deck, mesh_input, cracks, model%mesh, model%material, model%loads%amplitudes, simulation%loads, &
-                         simulation%replaced, diagnostics, simulation%removals)
+         call read_loads(deck, mesh_input, cracks, model%mesh, model%material, simulation%removals, model%loads%amplitudes, &
+                         simulation%loads, simulation%replaced, diagnostics)
          call check_supports(deck, model%mesh, simulation%loads, simulation%replaced, simulation%removals, diagnostics)
          call read_output(deck, mesh_input, model%mesh, requests)
          call check_stop_drop(deck, requests, simulation%fracture)
@@ -63,7 +63,7 @@ contains
          call deck%finish(diagnostics)
          if (deck%describing() .or. diagnostics%n_errors > 0) return
          call model%loads%know_faces(model%mesh, simulation%loads, mesh_input%turned)
-         call insert_cracks(cracks, model, simulation%cracks_note, diagnostics)
+         call insert_cracks(cracks, simulation%loads, model, simulation%cracks_note, diagnostics)
       end associate
    end subroutine read_case
 

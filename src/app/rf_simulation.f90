@@ -1,15 +1,18 @@
 !> The loop of a run: increments, the load of the first event, events round by round until nothing fails, results.
 !> docs/timestep.md explains it line by line.
 module rf_simulation
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use rf_kinds, only: wp
    use rf_model, only: model_t
    use rf_ray, only: split_t
    use rf_relaxation, only: relaxation_settings_t, relaxed, relaxed_roughly, relaxation_mechanism, relaxation_not_finite
    use rf_failure, only: fracture_settings_t, splitting_none
    use rf_selection, only: others_of_round
+   use rf_energy, only: energy_t
    use rf_loads, only: load_definition_t, renumber_definition
    use rf_removal_input, only: removal_t, mark_removed
    use rf_renumber, only: renumbering_t
+   use rf_support_check, only: hold
    use rf_criterion, only: mode_tension
    use rf_position, only: position_t, frame_start, frame_before_event, frame_after_event, frame_settled, frame_not_converged
    use rf_recorder, only: recorder_t
@@ -65,7 +68,7 @@ module rf_simulation
       procedure, private :: run_time_steps, stop_moving
       procedure, private :: run_step, complete_step, run_increment, settle, locate_first_event, probe, go_to, relax
       procedure, private :: one_round, one_split, split_others
-      procedure, private :: excavate
+      procedure, private :: excavate, record_start, note_lost_monitors
       procedure, private :: accept, record, apply_loads, watch_peak, watch_drop, stop_as_mechanism, stop_not_finite
       procedure, private :: must_locate, recording_failed, stop_not_converged, record_not_converged
    end type simulation_t
@@ -87,13 +90,27 @@ contains
       self%model%failure%settings = self%fracture(1)
       call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
       call self%last%take(self%model)
-      if (self%steps(1)%dynamic) call self%model%dynamics%show_initial()
-      call self%record(frame_start)
+      call self%record_start()
       do s = 1, size(self%steps)
          if (self%run_over) exit
          call self%run_step(s)
       end do
    end subroutine run
+
+   !> The state before the first step. What its velocities are worth is booked when the step begins.
+   subroutine record_start(self)
+      class(simulation_t), intent(inout) :: self
+      type(energy_t) :: energy
+      logical, allocatable :: held(:, :)
+      energy = self%model%energy
+      if (self%steps(1)%dynamic) then
+         allocate (held(2, self%model%mesh%n_nodes), source=.false.)
+         call hold(self%model%mesh, pack(self%loads, starts_with(self, 1)), held)
+         call self%model%dynamics%show_initial(self%model%mesh, self%model%material, held, self%model%energy)
+      end if
+      call self%record(frame_start)
+      self%model%energy = energy
+   end subroutine record_start
 
    !> All increments of a step.
    subroutine run_step(self, s)
@@ -161,7 +178,21 @@ contains
       call self%last%take(self%model)
       call self%log%line('step '//to_text(s)//': '//to_text(count(gone))//' elements removed, '// &
                          to_text(self%model%mesh%n_elements)//' are left')
+      call self%note_lost_monitors()
    end subroutine excavate
+
+   !> Monitors whose nodes have all been removed.
+   subroutine note_lost_monitors(self)
+      class(simulation_t), intent(inout) :: self
+      integer :: i
+      associate (monitors => self%recorder%history%monitors)
+         do i = 1, size(monitors)
+            if (.not. any(ieee_is_nan(monitors(i)%force(self%model%mesh, self%model%reaction)))) cycle
+            call self%log%line('warning: all nodes of monitor '//monitors(i)%name//' have been removed: its columns are NaN '// &
+                               'from here on')
+         end do
+      end associate
+   end subroutine note_lost_monitors
 
    !> The step ended before its last increment: what is not due of its last state, but stands for its end.
    subroutine complete_step(self)
@@ -489,6 +520,7 @@ contains
       real(wp) :: force(2)
       if (.not. self%model%failure%settings%stop_drop > 0) return
       force = self%recorder%monitor_reaction(self%model, self%model%failure%settings%monitor)
+      if (any(ieee_is_nan(force))) return          ! its nodes have been removed
       if (.not. norm2(force) > self%peak) return
       self%peak = norm2(force)
       self%peak_direction = force/self%peak

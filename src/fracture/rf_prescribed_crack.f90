@@ -1,7 +1,8 @@
 !> A crack that exists from the start, cut through the elements as a run would cut it (`*CRACK, SPLITTING=ELEMENT`): split
-!> by split, from the node nearest to its first point, each time towards the next point.
+!> by split, from the node nearest to its first point or to where its line enters the body, each time towards the next point.
 module rf_prescribed_crack
    use rf_kinds, only: wp, i1
+   use rf_crack_line, only: line_margin
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t, side_nodes, node_on_boundary
    use rf_ray, only: split_t, split_limits_t, choose_split
@@ -25,7 +26,7 @@ module rf_prescribed_crack
       !> no direction is admissible at the tip, which lies inside the body
       logical :: stuck = .false.
    contains
-      procedure :: start, advance, arrived
+      procedure :: start, advance, arrived, has_left
    end type cutter_t
 
 contains
@@ -40,6 +41,7 @@ contains
       integer :: n
       real(wp) :: best, distance
       self%crack = crack
+      self%stuck = .false.
       best = huge(1.0_wp)
       do n = 1, mesh%n_nodes
          distance = norm2(mesh%x(:, n) - point)
@@ -61,6 +63,17 @@ contains
       real(wp), intent(in) :: from(2), to(2)
       arrived = dot_product(to - mesh%x(:, self%tip), to - from)/norm2(to - from) <= near_enough*self%step
    end function arrived
+
+   !> Whether the crack has left the body, or passed the place where its line does.
+   logical function has_left(self, mesh, from, exit_place)
+      class(cutter_t), intent(in) :: self
+      type(mesh_t), intent(in) :: mesh
+      !> start of the line, where it leaves the body [length]
+      real(wp), intent(in) :: from(2), exit_place(2)
+      has_left = dot_product(exit_place - mesh%x(:, self%tip), exit_place - from) <= line_margin*mesh%size*norm2(exit_place - from)
+      if (has_left .or. .not. self%arrived(mesh, from, exit_place)) return
+      has_left = node_on_boundary(mesh, self%tip)
+   end function has_left
 
    !> One split towards a point. The changes join those there are.
    subroutine advance(self, mesh, to, no_split_node, no_split_element, changes, done)

@@ -82,10 +82,22 @@ contains
       self%initial(dof, node) = value
    end subroutine give_velocity
 
-   !> The first step is dynamic: the velocities that the deck gives are those of the start.
-   subroutine show_initial(self)
+   !> The first step is dynamic: the state before it shows the velocities that the deck gives, and what they are worth.
+   subroutine show_initial(self, mesh, material, held, energy)
       class(dynamics_t), intent(inout) :: self
-      if (allocated(self%initial)) self%velocity(:, :size(self%initial, 2)) = self%initial
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      !> directions that the step supports: they are at rest, (2, nodes)
+      logical, intent(in) :: held(:, :)
+      type(energy_t), intent(inout) :: energy
+      integer :: n
+      if (.not. allocated(self%initial)) return
+      call lumped_mass(mesh, material, self%mass, self%damping)
+      do n = 1, mesh%n_nodes
+         self%velocity(:, n) = merge(0.0_wp, self%initial(:, n), held(:, n))
+         energy%kinetic = energy%kinetic + 0.5_wp*self%mass(n)*sum(self%velocity(:, n)**2)
+      end do
+      energy%external = energy%kinetic
    end subroutine show_initial
 
    !> Start a dynamic step from the present displacements and velocities. Loads that have no amplitude act at once.

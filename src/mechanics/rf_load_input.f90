@@ -14,8 +14,9 @@ module rf_load_input
    use rf_material, only: material_t
    use rf_mesh, only: mesh_t
    use rf_mesh_input, only: mesh_input_t
-   use rf_removal_input, only: removal_t, has_edge
+   use rf_removal_input, only: removal_t, mark_removed
    use rf_text, only: to_text
+   use rf_topology, only: next_corner
    implicit none
    private
    public :: read_loads
@@ -33,28 +34,31 @@ module rf_load_input
       logical, allocatable :: replaced(:, :)
       !> the note about the direction out of the plane, or about gravity in it, has been given
       logical :: noted_dof = .false., noted_component = .false.
-      !> what steps take out of the body
-      type(removal_t), allocatable :: removals(:)
       !> of the present block: its amplitude; it says OP=NEW
       integer :: amplitude = 0
       logical :: is_new = .false.
       !> of the present *BOUNDARY: its values are velocities
       logical :: is_velocity = .false.
+      !> what steps take out of the body; what is gone in the step that was looked at last, (elements)
+      type(removal_t), allocatable :: removals(:)
+      integer :: gone_in = -1
+      logical, allocatable :: gone(:)
    contains
-      procedure :: begin_block, has_line, add, sorted
+      procedure :: begin_block, has_line, add, sorted, look_at_body, on_boundary
    end type reading_t
 
 contains
 
    !> Read what holds and loads the body in all steps.
-   subroutine read_loads(deck, mesh_input, cracks, mesh, material, amplitudes, definitions, replaced, diagnostics, &
-                         removals)
+   subroutine read_loads(deck, mesh_input, cracks, mesh, material, removals, amplitudes, definitions, replaced, diagnostics)
       type(deck_t), intent(inout) :: deck
       type(mesh_input_t), intent(in) :: mesh_input
       type(crack_list_t), intent(in) :: cracks
       !> with topology and sections
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
+      !> what steps take out of the body (read_removals)
+      type(removal_t), intent(in) :: removals(:)
       type(amplitude_t), allocatable, intent(out) :: amplitudes(:)
       !> in the order of steps (step 0: before the first), within a step in the deck's for each keyword
       type(load_definition_t), allocatable, intent(out) :: definitions(:)
@@ -62,15 +66,12 @@ contains
       logical, allocatable, intent(out) :: replaced(:, :)
       !> errors of meaning; those of the lines come with deck%finish
       type(diagnostics_t), intent(inout) :: diagnostics
-      !> what steps take out of the body (absent: nothing)
-      type(removal_t), intent(in), optional :: removals(:)
       type(reading_t) :: reading
       associate (unused => diagnostics)
       end associate
       allocate (reading%list(16), reading%replaced(load_kinds, max(1, deck%step_count())))
       reading%replaced = .false.
-      allocate (reading%removals(0))
-      if (present(removals)) reading%removals = removals
+      reading%removals = removals
       call read_amplitudes(deck, reading%curves, amplitudes)
       call read_supports(deck, mesh_input, reading)
       call read_forces(deck, mesh_input, reading)
@@ -128,6 +129,31 @@ contains
       self%list(self%n)%step = card%step
       self%list(self%n)%amplitude = self%amplitude
    end subroutine add
+
+   !> What is gone of the body in a step.
+   subroutine look_at_body(self, mesh, step)
+      class(reading_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: step
+      integer :: i
+      if (self%gone_in == step) return
+      self%gone_in = step
+      self%gone = spread(.false., 1, mesh%n_elements)
+      do i = 1, size(self%removals)
+         if (self%removals(i)%step <= step) call mark_removed(mesh, self%removals, i, self%gone)
+      end do
+   end subroutine look_at_body
+
+   !> Whether an edge of an element lies on the boundary of what is left.
+   pure logical function on_boundary(self, mesh, k, e)
+      class(reading_t), intent(in) :: self
+      type(mesh_t), intent(in) :: mesh
+      !> edge, element
+      integer, intent(in) :: k, e
+      on_boundary = mesh%neighbour(k, e) == 0
+      if (.not. on_boundary) on_boundary = self%gone(mesh%neighbour(k, e))
+      on_boundary = on_boundary .and. .not. self%gone(e)
+   end function on_boundary
 
    !> All definitions in the order of steps.
    subroutine sorted(self, definitions)
@@ -297,7 +323,7 @@ contains
       character(len=*), intent(in) :: label
       type(load_definition_t), intent(inout) :: definition
       type(reading_t), intent(inout) :: reading
-      integer :: e, face, n_inside, first
+      integer :: e, face, n_inside, n_there, first
       definition%kind = load_element_face
       call card%field_real('pressure', definition%value, unit='stress', about='positive pushes in')
       if (card%line_failed .or. card%describing()) return
@@ -305,10 +331,14 @@ contains
       definition%first_dof = face
       definition%last_dof = face
       n_inside = 0
+      n_there = 0
       first = 0
+      call reading%look_at_body(mesh, card%step)
       do e = 1, mesh%n_elements
          if (.not. acts_on_element(definition, mesh, e)) cycle
-         if (mesh%neighbour(mesh_input%edge_of_face(e, face), e) == 0) cycle
+         if (reading%gone(e)) cycle
+         n_there = n_there + 1
+         if (reading%on_boundary(mesh, mesh_input%edge_of_face(e, face), e)) cycle
          n_inside = n_inside + 1
          if (first == 0) first = e
          if (mesh%element_rank(e) < mesh%element_rank(first)) first = e
@@ -316,6 +346,7 @@ contains
       if (n_inside > 0) call card%error('pressure acts on the boundary only: face '//label//' of element '// &
          to_text(mesh%element_id(first))//' lies against element '// &
          to_text(mesh%element_id(mesh%neighbour(mesh_input%edge_of_face(first, face), first)))//more(n_inside - 1))
+      if (n_there == 0 .and. any(reading%gone)) call card%error('pressure on elements that have all been removed by then')
       call reading%add(card, definition)
    end subroutine read_pressure
 
@@ -408,7 +439,7 @@ contains
             call card%field_name('node set or crack', name, about='set of nodes, or name of a *CRACK')
             call card%field_real('pressure', definition%value, unit='stress', about='positive pushes in; in a crack: apart')
             if (.not. (card%line_failed .or. card%describing())) &
-               call find_pressed(card, mesh_input, cracks, mesh, reading%removals, name, definition)
+               call find_pressed(card, mesh_input, cracks, mesh, name, reading, definition)
             call reading%add(card, definition)
             if (.not. card%line()) exit
          end do
@@ -416,14 +447,13 @@ contains
    end subroutine read_pressures
 
    !> What a *PRESSURE acts on: a crack of that name, or else a set of nodes.
-   subroutine find_pressed(card, mesh_input, cracks, mesh, removals, name, definition)
+   subroutine find_pressed(card, mesh_input, cracks, mesh, name, reading, definition)
       type(card_t), intent(inout) :: card
       type(mesh_input_t), intent(in) :: mesh_input
       type(crack_list_t), intent(in) :: cracks
       type(mesh_t), intent(in) :: mesh
-      !> what steps take out of the body
-      type(removal_t), intent(in) :: removals(:)
       character(len=*), intent(in) :: name
+      type(reading_t), intent(inout) :: reading
       !> gets the crack or the set
       type(load_definition_t), intent(inout) :: definition
       character(len=:), allocatable :: problem
@@ -438,8 +468,26 @@ contains
          call card%error(problem)
       else if (definition%follow) then
          call card%error('FOLLOW=YES belongs to pressure in a *CRACK: '//name//' is a node set')
-      else if (.not. has_edge(mesh, definition%set, removals, card%step)) then
+      else if (.not. has_edge(mesh, definition%set, card%step, reading)) then
          call card%error('no edge of the boundary has both ends in node set '//name)
       end if
    end subroutine find_pressed
+
+   !> Whether an edge of the boundary, as it is in a step, has both ends in a node set.
+   logical function has_edge(mesh, set, step, reading)
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: set, step
+      type(reading_t), intent(inout) :: reading
+      integer :: e, k
+      call reading%look_at_body(mesh, step)
+      has_edge = .true.
+      do e = 1, mesh%n_elements
+         do k = 1, 3
+            if (.not. reading%on_boundary(mesh, k, e)) cycle
+            if (mesh%node_in_set(mesh%connectivity(k, e), set) .and. &
+                mesh%node_in_set(mesh%connectivity(next_corner(k), e), set)) return
+         end do
+      end do
+      has_edge = .false.
+   end function has_edge
 end module rf_load_input

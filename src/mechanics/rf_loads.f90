@@ -97,7 +97,7 @@ module rf_loads
    contains
       procedure :: prepare, know_faces, begin_step, apply, apply_supports, apply_forces, gather, adopt, renumber, add_falling
       procedure :: follow, is_held, forces_vary, support_at, scale
-      procedure, private :: act, drop, acting_index, release, spread, tag_faces, new_tag
+      procedure, private :: act, drop, acting_index, join, release, spread, tag_faces, new_tag, press_exposed, wake_faces
       procedure, private :: add_nodal_forces, add_pressures, add_gravity
       procedure, private :: value_at, pressure_of
       procedure, private, nopass :: acts_on_element
@@ -191,10 +191,11 @@ contains
       end do
       if (replaced(load_support)) call self%release(mesh, definitions, reaction)
       call self%drop(replaced)
+      call self%wake_faces(mesh)
       do i = 1, size(definitions)
          call self%act(mesh, definitions(i))
       end do
-      call support_midpoints(self, mesh%n_nodes)
+      call support_midpoints(self, mesh)
       self%any_gravity = any(self%acting(:self%n_acting)%kind == load_gravity)
    end subroutine begin_step
 
@@ -249,17 +250,20 @@ contains
       if (named) named = is_named(self, definitions, mesh, self%ends(2, node), dof)
    end function is_named
 
-   !> Midpoints of boundary edges are held where both ends are, between them. Nodes come in order of creation, so ends
-   !> that are midpoints themselves have been seen to.
-   subroutine support_midpoints(self, n_nodes)
+   !> Midpoints of boundary edges are held where both ends are, between them: by their place, for those that cracks from the
+   !> start made lie anywhere. Nodes come in order of creation, so ends that are midpoints themselves have been seen to.
+   subroutine support_midpoints(self, mesh)
       type(loads_t), intent(inout) :: self
-      integer, intent(in) :: n_nodes
+      type(mesh_t), intent(in) :: mesh
       integer :: n, dof
-      do n = 1, n_nodes
+      real(wp) :: part
+      do n = 1, mesh%n_nodes
          if (self%ends(1, n) == 0) cycle
+         part = part_between(mesh, n, self%ends(:, n))
          do dof = 1, 2
             if (.not. (self%is_held(dof, self%ends(1, n)) .and. self%is_held(dof, self%ends(2, n)))) cycle
-            self%support(dof, n)%to = 0.5_wp*(self%support(dof, self%ends(1, n))%to + self%support(dof, self%ends(2, n))%to)
+            self%support(dof, n)%to = (1 - part)*self%support(dof, self%ends(1, n))%to &
+                                      + part*self%support(dof, self%ends(2, n))%to
             self%support(dof, n)%amplitude = self%support(dof, self%ends(1, n))%amplitude
             self%support(dof, n)%is_velocity = self%support(dof, self%ends(1, n))%is_velocity
             if (dof == 1) self%free_x(n) = 0
@@ -267,6 +271,17 @@ contains
          end do
       end do
    end subroutine support_midpoints
+
+   !> How far a node lies from the first to the second end of its edge [-]; a half, without rounding, in the middle.
+   pure real(wp) function part_between(mesh, node, ends) result(part)
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: node, ends(2)
+      real(wp) :: edge(2)
+      part = 0.5_wp
+      if (.not. any(abs(mesh%x(:, node) - 0.5_wp*(mesh%x(:, ends(1)) + mesh%x(:, ends(2)))) > 0)) return
+      edge = mesh%x(:, ends(2)) - mesh%x(:, ends(1))
+      part = dot_product(mesh%x(:, node) - mesh%x(:, ends(1)), edge)/dot_product(edge, edge)
+   end function part_between
 
    !> OP=NEW for loads: all that acted falls to zero, unless a definition takes it up again.
    subroutine drop(self, replaced)
@@ -299,7 +314,7 @@ contains
       if (definition%entity > 0) acts_on_element = mesh%element_origin(element) == mesh%element_origin(definition%entity)
    end function acts_on_element
 
-   !> Let a definition act: it takes the place of one with the same target, or joins.
+   !> Let a definition act: it takes the place of those with the same target, or joins.
    subroutine act(self, mesh, definition)
       class(loads_t), intent(inout) :: self
       type(mesh_t), intent(inout) :: mesh
@@ -321,10 +336,14 @@ contains
       end if
       call self%acting_index(definition, d, is_new)
       if (is_new) call self%spread(mesh, d)
-      self%ramp(d)%to = definition%value
-      self%ramp(d)%amplitude = definition%amplitude
-      self%acting(d)%direction = definition%direction
-      self%acting(d)%follow = definition%follow
+      if (definition%kind == load_edges .and. .not. is_new) call self%press_exposed(mesh, definition)
+      do i = d, self%n_acting
+         if (.not. same_target(self%acting(i), definition)) cycle
+         self%ramp(i)%to = definition%value
+         self%ramp(i)%amplitude = definition%amplitude
+         self%acting(i)%direction = definition%direction
+         self%acting(i)%follow = definition%follow
+      end do
       do i = 1, self%n_forces
          if (self%force(i)%definition /= d) cycle
          self%force(i)%ramp%to = definition%value*force_share(mesh, self%force(i)%node, definition)
@@ -332,20 +351,28 @@ contains
       end do
    end subroutine act
 
-   !> Place of a definition among those that act; a new one joins them with the value 0.
+   !> The first place of a definition among those that act; a new one joins them.
    subroutine acting_index(self, definition, d, is_new)
       class(loads_t), intent(inout) :: self
       type(load_definition_t), intent(in) :: definition
       integer, intent(out) :: d
       !> none with that target was acting
       logical, intent(out) :: is_new
-      type(load_definition_t), allocatable :: acting(:)
-      type(ramp_t), allocatable :: ramp(:)
       do d = 1, self%n_acting
          if (same_target(self%acting(d), definition)) exit
       end do
       is_new = d > self%n_acting
-      if (.not. is_new) return
+      if (is_new) call self%join(definition)
+   end subroutine acting_index
+
+   !> One more definition that acts, with the value 0.
+   subroutine join(self, definition)
+      class(loads_t), intent(inout) :: self
+      type(load_definition_t), intent(in) :: definition
+      type(load_definition_t), allocatable :: acting(:)
+      type(ramp_t), allocatable :: ramp(:)
+      integer :: d
+      d = self%n_acting + 1
       if (d > size(self%acting)) then
          allocate (acting(2*d), ramp(2*d))
          acting(:d - 1) = self%acting(:d - 1)
@@ -356,10 +383,66 @@ contains
       self%n_acting = d
       self%acting(d) = definition
       self%ramp(d) = ramp_t()
-   end subroutine acting_index
+   end subroutine join
+
+   !> A pressure on a set is stated again: where the boundary has edges of the set that it does not press on yet (others were
+   !> taken out of the body), it begins there with the value 0.
+   subroutine press_exposed(self, mesh, definition)
+      class(loads_t), intent(inout) :: self
+      type(mesh_t), intent(inout) :: mesh
+      type(load_definition_t), intent(in) :: definition
+      logical, allocatable :: pressed(:)
+      integer :: t, i
+      allocate (pressed(0:self%n_tags), source=.false.)
+      do t = 1, self%n_tags
+         do i = self%tag_first(t), self%tag_first(t + 1) - 1
+            pressed(t) = pressed(t) .or. same_target(self%acting(self%tag_member(i)), definition)
+         end do
+      end do
+      if (.not. exposed()) return
+      call self%join(definition)
+      call self%tag_faces(mesh, self%n_acting, but_not=pressed)
+
+   contains
+
+      !> Whether there is such an edge.
+      logical function exposed()
+         integer :: e, k
+         exposed = .true.
+         do e = 1, mesh%n_elements
+            do k = 1, 3
+               if (mesh%neighbour(k, e) /= 0) cycle
+               if (pressed(mesh%face_tag(k, e))) cycle
+               if (has_both_ends(mesh, k, e, definition%set)) return
+            end do
+         end do
+         exposed = .false.
+      end function exposed
+
+   end subroutine press_exposed
+
+   !> Whether an edge has both ends in a node set.
+   pure logical function has_both_ends(mesh, k, e, set)
+      type(mesh_t), intent(in) :: mesh
+      !> edge, element
+      integer, intent(in) :: k, e, set
+      has_both_ends = mesh%node_in_set(mesh%connectivity(k, e), set) .and. &
+                      mesh%node_in_set(mesh%connectivity(next_corner(k), e), set)
+   end function has_both_ends
+
+   !> Faces that now lie on the boundary bear what will press on them by name. Crack faces sleep on.
+   subroutine wake_faces(self, mesh)
+      class(loads_t), intent(in) :: self
+      type(mesh_t), intent(inout) :: mesh
+      if (self%n_tags == 0) return
+      associate (tag => mesh%face_tag(:, :mesh%n_elements), neighbour => mesh%neighbour(:, :mesh%n_elements))
+         where (neighbour == 0) tag = abs(tag)
+      end associate
+   end subroutine wake_faces
 
    !> Find the element faces that the definitions of any step press on, before anything splits: while P1 to P3 mean what
-   !> the user's node order says. From then on the faces carry their tags through every split. Before or after prepare.
+   !> the user's node order says. From then on the faces carry their tags through every split; a face inside the body, which
+   !> an excavation is to expose, carries the tag with a minus sign: it sleeps. Before or after prepare.
    subroutine know_faces(self, mesh, definitions, turned)
       class(loads_t), intent(inout) :: self
       type(mesh_t), intent(inout) :: mesh
@@ -422,27 +505,33 @@ contains
       self%force(self%n_forces) = force
    end subroutine add_force
 
-   !> Tag the boundary faces that a pressure acts on.
-   subroutine tag_faces(self, mesh, d, turned)
+   !> Tag the faces that a pressure acts on: edges of the boundary between nodes of a set, faces of elements anywhere.
+   subroutine tag_faces(self, mesh, d, turned, but_not)
       class(loads_t), intent(inout) :: self
       type(mesh_t), intent(inout) :: mesh
       integer, intent(in) :: d
       !> as in know_faces
       logical, intent(in), optional :: turned(:)
+      !> faces with these tags are left as they are, (0:tags)
+      logical, intent(in), optional :: but_not(0:)
       integer :: e, k, face
       logical :: hit
       do e = 1, mesh%n_elements
          do k = 1, 3
-            if (mesh%neighbour(k, e) /= 0) cycle
             if (self%acting(d)%kind == load_edges) then
-               hit = mesh%node_in_set(mesh%connectivity(k, e), self%acting(d)%set) .and. &
-                     mesh%node_in_set(mesh%connectivity(next_corner(k), e), self%acting(d)%set)
+               if (mesh%neighbour(k, e) /= 0) cycle
+               if (present(but_not)) then
+                  if (but_not(mesh%face_tag(k, e))) cycle
+               end if
+               hit = has_both_ends(mesh, k, e, self%acting(d)%set)
             else
                face = k
                if (present(turned)) face = merge(4 - k, k, turned(e))
                hit = face == self%acting(d)%first_dof .and. acts_on_element(self%acting(d), mesh, e)
             end if
-            if (hit) mesh%face_tag(k, e) = self%new_tag(mesh%face_tag(k, e), d)
+            if (.not. hit) cycle
+            mesh%face_tag(k, e) = self%new_tag(abs(mesh%face_tag(k, e)), d)
+            if (mesh%neighbour(k, e) /= 0) mesh%face_tag(k, e) = -mesh%face_tag(k, e)
          end do
       end do
    end subroutine tag_faces
@@ -613,7 +702,7 @@ contains
       do e = 1, mesh%n_elements
          do k = 1, 3
             t = mesh%face_tag(k, e)
-            if (t == 0) cycle
+            if (t <= 0) cycle
             ends = mesh%connectivity([k, next_corner(k)], e)
             push = face_push(mesh, material, pressure(t), e, ends)
             self%px(ends) = self%px(ends) + push(1)

@@ -85,7 +85,7 @@ contains
       integer :: i, k, ends(2)
       do i = 1, size(around)
          do k = 1, 3
-            if (mesh%face_tag(k, around(i)) == 0) cycle
+            if (mesh%face_tag(k, around(i)) <= 0) cycle
             ends = mesh%connectivity([k, next_corner(k)], around(i))
             if (.not. any(ends == node)) cycle
             push = face_push(mesh, material, pressure_of(self, mesh%face_tag(k, around(i))), around(i), ends)

@@ -17,7 +17,7 @@ module rf_relaxation
    private
    public :: relaxation_t, relaxation_settings_t, reaction
    public :: damping_adaptive, damping_kinetic, damping_local, damping_viscous
-   public :: relaxed, relaxed_roughly, relaxation_failed, relaxation_mechanism, relaxation_not_finite
+   public :: scale_memory, relaxed, relaxed_roughly, relaxation_failed, relaxation_mechanism, relaxation_not_finite
 
    !> kinds of damping
    integer, parameter :: damping_adaptive = 1, damping_kinetic = 2, damping_local = 3, damping_viscous = 4

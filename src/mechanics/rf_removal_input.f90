@@ -5,10 +5,9 @@ module rf_removal_input
    use rf_mesh, only: mesh_t
    use rf_mesh_input, only: mesh_input_t
    use rf_text, only: to_text
-   use rf_topology, only: next_corner
    implicit none
    private
-   public :: removal_t, read_removals, mark_removed, has_edge
+   public :: removal_t, read_removals, mark_removed
 
    !> Elements that go at the begin of a step.
    type :: removal_t
@@ -93,33 +92,6 @@ contains
          call card%warning(to_text(again)//' of the '//to_text(total)//' elements of '//name//' have been removed before')
       end if
    end subroutine warn_of_gone
-
-   !> Whether a boundary edge has both ends in a node set, when the elements are gone that go up to a step.
-   logical function has_edge(mesh, set, removals, step)
-      type(mesh_t), intent(in) :: mesh
-      integer, intent(in) :: set
-      type(removal_t), intent(in) :: removals(:)
-      integer, intent(in) :: step
-      logical, allocatable :: gone(:)
-      integer :: e, k, i
-      allocate (gone(mesh%n_elements))
-      gone = .false.
-      do i = 1, size(removals)
-         if (removals(i)%step <= step) call mark_removed(mesh, removals, i, gone)
-      end do
-      has_edge = .true.
-      do e = 1, mesh%n_elements
-         if (gone(e)) cycle
-         do k = 1, 3
-            if (mesh%neighbour(k, e) > 0) then
-               if (.not. gone(mesh%neighbour(k, e))) cycle
-            end if
-            if (mesh%node_in_set(mesh%connectivity(k, e), set) .and. &
-                mesh%node_in_set(mesh%connectivity(next_corner(k), e), set)) return
-         end do
-      end do
-      has_edge = .false.
-   end function has_edge
 
    !> Mark the elements that a removal takes, as far as they are in the mesh.
    subroutine mark_removed(mesh, removals, which, gone)

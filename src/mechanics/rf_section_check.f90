@@ -28,14 +28,15 @@ module rf_section_check
    type :: section_result_t
       !> force and moment about the point that the other side exerts [force], [force length]
       real(wp) :: force(2) = 0, moment = 0
-      !> unbalance of the side, relative to the norm of the reactions (loads where there are none) [-]
+      !> unbalance of the side, relative to the norm of the reactions (loads where there are none; at least a part of the
+      !> largest forces so far) [-]
       real(wp) :: error = 0
    end type section_result_t
 
 contains
 
    !> Forces through a line and the balance of the side that the normal points to.
-   subroutine check_section(line, mesh, material, motion, contact, loads, reaction, b, found)
+   subroutine check_section(line, mesh, material, motion, contact, loads, reaction, b, floor, found)
       type(section_line_t), intent(in) :: line
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
@@ -46,6 +47,8 @@ contains
       real(wp), intent(in) :: reaction(:, :)
       !> factor of the residual in the last step's update (contact force = impulse/b)
       real(wp), intent(in) :: b
+      !> the norm never falls below this: part of the largest forces of any converged state [force]
+      real(wp), intent(in) :: floor
       type(section_result_t), intent(out) :: found
       logical, allocatable :: beyond(:)
       real(wp) :: sums(3), norm, applied, f(2)
@@ -62,6 +65,7 @@ contains
       norm = norm2(reaction(:, :mesh%n_nodes))
       applied = loads%scale(mesh%n_nodes)
       if (norm <= no_reactions*applied) norm = applied
+      norm = max(norm, floor)
       if (norm > 0) found%error = max(norm2(sums(:2))/norm, abs(sums(3))/(norm*mesh%diagonal))
    end subroutine check_section
 

@@ -37,6 +37,9 @@ module rf_crack_fit
       real(wp) :: smallest_angle = pi
       !> elements of the deck in the order of the output
       integer, allocatable, private :: order(:)
+      !> where the nodes of the deck were [length], (2, nodes of the deck); which of them have been moved
+      real(wp), allocatable, private :: home(:, :)
+      logical, allocatable, private :: has_moved(:)
    contains
       procedure :: begin, fit_line, finish
       procedure, private :: embed_point, embed_on_border, embed_inside, move_nodes, move_to, cut_edges, smooth, near_nodes
@@ -45,10 +48,15 @@ module rf_crack_fit
 contains
 
    !> Start with a mesh without cracks.
-   subroutine begin(self, mesh)
+   subroutine begin(self, mesh, named)
       class(fit_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
+      !> nodes that must stay where they are, besides those where sets end, (nodes)
+      logical, intent(in), optional :: named(:)
       self%freedom%margin = line_margin*mesh%size
+      call self%freedom%hold(mesh, named)
+      self%home = mesh%x(:, :mesh%n_nodes)
+      self%has_moved = spread(.false., 1, mesh%n_nodes)
       self%order = sorted_order(int(mesh%element_rank(:mesh%n_elements), i8))
    end subroutine begin
 
@@ -311,14 +319,17 @@ contains
       allowed = s > self%freedom%margin .and. s < norm2(to - from) - self%freedom%margin
    end subroutine find_place
 
+   !> Move a node. Those of the deck are counted, each once.
    subroutine move_to(self, mesh, node, place)
       class(fit_t), intent(inout) :: self
       type(mesh_t), intent(inout) :: mesh
       integer, intent(in) :: node
       real(wp), intent(in) :: place(2)
-      self%moved = self%moved + 1
-      self%largest_move = max(self%largest_move, norm2(place - mesh%x(:, node)))
       mesh%x(:, node) = place
+      if (node > size(self%has_moved)) return
+      if (.not. self%has_moved(node)) self%moved = self%moved + 1
+      self%has_moved(node) = .true.
+      self%largest_move = max(self%largest_move, norm2(place - self%home(:, node)))
    end subroutine move_to
 
    !> Cut all edges that cross a line, where they cross it. Elements come in the order of the output, new ones after them.
@@ -393,7 +404,7 @@ contains
 
    !> Move free nodes near the lines towards the middle of their neighbours where that makes the smallest angle larger.
    subroutine smooth(self, mesh, node)
-      class(fit_t), intent(in) :: self
+      class(fit_t), intent(inout) :: self
       type(mesh_t), intent(inout) :: mesh
       !> the nodes, in the order of the output
       integer, intent(in) :: node(:)
@@ -419,7 +430,7 @@ contains
             place = mesh%x(:, n) + 0.5_wp**attempt*middle
             after = fan_angle(mesh, n, place)
             if (after < before + worthwhile) cycle
-            mesh%x(:, n) = place
+            call self%move_to(mesh, n, place)
             exit
          end do
       end do

@@ -8,7 +8,7 @@ module rf_crack_line
    use rf_topology, only: changes_t, crack_edge, refan_node, next_corner
    implicit none
    private
-   public :: line_margin, flag_edges, open_cracks, clip_to_element, is_beside
+   public :: line_margin, flag_edges, open_cracks, clip_to_element, parts_inside, is_beside
 
    !> places closer than this part of the model's size are the same (deck.md's margin for geometric sets)
    real(wp), parameter :: line_margin = 1.0e-6_wp
@@ -122,6 +122,31 @@ contains
       end subroutine note_gap
 
    end subroutine find_gap
+
+   !> The parts of a straight line that lie in the body, one after the other.
+   subroutine parts_inside(mesh, from, to, parts)
+      type(mesh_t), intent(in) :: mesh
+      !> ends of the line [length]
+      real(wp), intent(in) :: from(2), to(2)
+      !> start and end of each part [length], measured from the start of the line, (2, parts)
+      real(wp), allocatable, intent(out) :: parts(:, :)
+      real(wp), allocatable :: joined(:, :), inside(:, :)
+      real(wp) :: reach(2)
+      integer :: e, i, n
+      logical :: meets
+      allocate (inside(2, 0))
+      n = 0
+      do e = 1, mesh%n_elements
+         if (is_beside(mesh, e, min(from, to), max(from, to))) cycle
+         call clip_to_element(mesh, e, from, to, meets, reach)
+         if (.not. meets) cycle
+         n = n + 1
+         call grow(inside, n)
+         inside(:, n) = reach
+      end do
+      call join_intervals(inside(:, :n), joined)
+      parts = joined(:, pack([(i, i=1, size(joined, 2))], joined(2, :) - joined(1, :) > grazing*line_margin*mesh%size))
+   end subroutine parts_inside
 
    !> Intervals in ascending order, those that touch made one.
    subroutine join_intervals(intervals, joined)

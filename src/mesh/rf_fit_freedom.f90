@@ -1,6 +1,6 @@
 !> How far the nodes of a mesh may be moved when it is fitted to cracks, and what that makes of the triangles.
 module rf_fit_freedom
-   use rf_kinds, only: wp, pi
+   use rf_kinds, only: wp, i8, pi
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
    use rf_topology, only: elements_around, corner_of, next_corner, previous_corner
@@ -13,17 +13,20 @@ module rf_fit_freedom
    !> directions whose sine is less are parallel
    real(wp), parameter :: parallel = 1.0e-6_wp
 
-   !> What nodes must not leave: their places, lines of cracks; borders of the body and between sections.
+   !> no face of the node has been seen
+   integer, parameter :: unknown = -1
+
+   !> What nodes must not leave: their places, lines of cracks; borders of the body, of sections and of sets of elements.
    type :: freedom_t
       !> places closer than this are the same [length]
       real(wp) :: margin = 0
-      !> nodes that are points of cracks, (capacity)
+      !> nodes that are points of cracks, or that supports and loads depend on, (capacity)
       logical, allocatable :: pinned(:)
       !> lines that have been fitted: both ends [length], (2, 2 lines)
       integer :: n_lines = 0
       real(wp), allocatable :: line(:, :)
    contains
-      procedure :: pin, is_pinned, add_line, of_node, is_border
+      procedure :: pin, hold, is_pinned, add_line, of_node, is_border
    end type freedom_t
 
 contains
@@ -35,6 +38,39 @@ contains
       call grow(self%pinned, node)
       self%pinned(node) = .true.
    end subroutine pin
+
+   !> Nodes that supports and loads depend on stay where they are: those the caller names; where a set of nodes or a face
+   !> with a load ends on the boundary; members of a set with none of its other members beside them.
+   subroutine hold(self, mesh, named)
+      class(freedom_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      !> (nodes)
+      logical, intent(in), optional :: named(:)
+      integer(i8) :: beside(size(mesh%node_membership, 1), mesh%n_nodes)
+      integer :: tag(mesh%n_nodes)
+      integer :: e, k, n, i, pair(2)
+      beside = 0
+      tag = unknown
+      do e = 1, mesh%n_elements
+         do k = 1, 3
+            pair = mesh%connectivity([k, next_corner(k)], e)
+            do i = 1, 2
+               associate (of_other => mesh%node_membership(:, pair(3 - i)))
+                  beside(:, pair(i)) = ior(beside(:, pair(i)), of_other)
+                  if (mesh%neighbour(k, e) /= 0) cycle
+                  if (any(iand(mesh%node_membership(:, pair(i)), not(of_other)) /= 0)) call self%pin(pair(i))
+               end associate
+               if (tag(pair(i)) == unknown) tag(pair(i)) = mesh%face_tag(k, e)
+               if (tag(pair(i)) /= mesh%face_tag(k, e)) call self%pin(pair(i))
+            end do
+         end do
+      end do
+      do n = 1, mesh%n_nodes
+         if (any(iand(mesh%node_membership(:, n), not(beside(:, n))) /= 0)) call self%pin(n)
+         if (.not. present(named)) cycle
+         if (named(n)) call self%pin(n)
+      end do
+   end subroutine hold
 
    pure logical function is_pinned(self, node)
       class(freedom_t), intent(in) :: self
@@ -71,7 +107,7 @@ contains
       lies_on = abs(side_of(point, from, to)) <= margin .and. s >= -margin .and. s <= norm2(to - from) + margin
    end function lies_on
 
-   !> Whether an edge must stay where it is: on the boundary, between sections, on a line.
+   !> Whether an edge must stay where it is: on the boundary, between sections or sets of elements, on a line.
    pure logical function is_border(self, mesh, element, edge)
       class(freedom_t), intent(in) :: self
       type(mesh_t), intent(in) :: mesh
@@ -80,6 +116,8 @@ contains
       is_border = mesh%neighbour(edge, element) == 0
       if (is_border) return
       is_border = mesh%section(mesh%neighbour(edge, element)) /= mesh%section(element)
+      if (is_border) return
+      is_border = any(mesh%element_membership(:, mesh%neighbour(edge, element)) /= mesh%element_membership(:, element))
       if (is_border) return
       associate (a => mesh%x(:, mesh%connectivity(edge, element)), b => mesh%x(:, mesh%connectivity(next_corner(edge), element)))
          do i = 1, self%n_lines

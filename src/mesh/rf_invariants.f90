@@ -130,7 +130,7 @@ contains
                back = mesh%edge_index(other, e)
                mine = mesh%connectivity([k, next_corner(k)], e)
                theirs = mesh%connectivity([next_corner(back), back], other)
-               if (mesh%face_tag(k, e) /= 0) problem = 'a face tag inside the body'
+               if (mesh%face_tag(k, e) > 0) problem = 'a waking face tag inside the body'
                if (mesh%segment(back, other) /= s) problem = 'another segment than its neighbour '//to_text(other)
                if (s < 0 .or. s > mesh%n_segments) problem = 'a segment that is none'
                if (s == 0 .and. any(mine /= theirs)) problem = 'an intact edge with other nodes than '//to_text(other)

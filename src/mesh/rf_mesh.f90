@@ -47,7 +47,8 @@ module rf_mesh
       integer, allocatable :: neighbour(:, :)
       !> crack segment on edge k (0: intact), (3, capacity)
       integer, allocatable :: segment(:, :)
-      !> load group of the boundary face k (0: none); follows the face through every split, (3, capacity)
+      !> load group of the face k (0: none; with a minus sign while it lies inside the body); follows the face through every
+      !> split, (3, capacity)
       integer, allocatable :: face_tag(:, :)
       !> id shown to the user; deck id of the ancestor
       integer, allocatable :: element_id(:), element_origin(:)

@@ -5,7 +5,7 @@ module rf_history
    use rf_model, only: model_t
    use rf_ray, only: split_t, split_type_name
    use rf_criterion, only: mode_tension
-   use rf_relaxation, only: relaxed
+   use rf_relaxation, only: relaxed, scale_memory
    use rf_section_check, only: section_line_t, section_result_t, check_section
    use rf_position, only: position_t
    use rf_monitor, only: monitor_t
@@ -247,7 +247,7 @@ contains
       integer :: i
       do i = 1, size(self%lines)
          call check_section(self%lines(i), model%mesh, model%material, model%motion, model%contact, model%loads, &
-                            model%reaction, model%relaxation%b, found)
+                            model%reaction, model%relaxation%b, scale_memory*model%relaxation%largest_scale, found)
          call self%history%put(found%force(1))
          call self%history%put(found%force(2))
          call self%history%put(found%moment)

@@ -1,5 +1,6 @@
 !> Monitors: mean displacement and summed reaction of a node set, columns of history and events.
 module rf_monitor
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use rf_kinds, only: wp
    use rf_mesh, only: mesh_t
    use rf_motion, only: motion_t
@@ -17,7 +18,7 @@ module rf_monitor
 
 contains
 
-   !> Mean displacement [length]: each node of the deck counts once, shared by its copies.
+   !> Mean displacement [length]: each node of the deck counts once, shared by its copies. NaN if all nodes were removed.
    function displacement(self, mesh, motion) result(mean)
       class(monitor_t), intent(in) :: self
       type(mesh_t), intent(in) :: mesh
@@ -32,10 +33,14 @@ contains
          total = total + mesh%share(n)
          mean = mean + mesh%share(n)*[motion%ux(n), motion%uy(n)]
       end do
-      if (total > 0) mean = mean/total
+      if (total > 0) then
+         mean = mean/total
+      else
+         mean = ieee_value(total, ieee_quiet_nan)
+      end if
    end function displacement
 
-   !> Sum of the reactions [force].
+   !> Sum of the reactions [force]. NaN if all nodes were removed.
    function force(self, mesh, reaction) result(total)
       class(monitor_t), intent(in) :: self
       type(mesh_t), intent(in) :: mesh
@@ -43,10 +48,15 @@ contains
       real(wp), intent(in) :: reaction(:, :)
       real(wp) :: total(2)
       integer :: n
+      logical :: found
       total = 0
+      found = .false.
       do n = 1, mesh%n_nodes
-         if (mesh%node_in_set(n, self%set)) total = total + reaction(:, n)
+         if (.not. mesh%node_in_set(n, self%set)) cycle
+         found = .true.
+         total = total + reaction(:, n)
       end do
+      if (.not. found) total = ieee_value(total, ieee_quiet_nan)
    end function force
 
 end module rf_monitor

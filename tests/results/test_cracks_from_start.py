@@ -86,6 +86,73 @@ def test_prescribed_motion_of_a_cut_side(tmp_path):
     assert u[top, 1] == pytest.approx(-0.001, abs=1e-15)
 
 
+PATCH = "*NSET, NSET=PATCH, BOX\n1.5, 2.5, 4., 4.\n"
+
+
+@pytest.mark.parametrize("line", ["2.6, 4.\n2.4, 2.9\n", "1.6, 4.5\n1.6, 2.9\n", "2.4, 4.\n2.4, 3.\n"])
+def test_pressed_part_keeps_its_length(line, tmp_path):
+    """A crack that ends beside the end of a pressed part of a side does not move that end."""
+    done = run_deck(tmp_path, PATCH + "*CRACK, NAME=A\n" + line, "*PRESSURE\nPATCH, 3.\n")
+    assert done.history["BASE_rf2"][-1] == pytest.approx(3 * 1 * 2, rel=1e-7)
+
+
+def test_supports_stay_in_place(tmp_path):
+    """A crack beside a node that a support or a force means: neither fitting nor smoothing moves it."""
+    deck = DECK.replace("BOTTOM, 2, 2", "PIN, 2, 2").replace("NSET=BOTTOM", "NSET=PIN").replace("STAGGERED", "DIAGONAL")
+    sets = "*NSET, NSET=ALONE, NEAREST\n1.5, 0.\n*NSET, NSET=INSIDE, NEAREST\n2.5, 2.5\n"
+    cracks = sets + "*CRACK, NAME=A\n1.55, -1.\n1.62, 1.\n*CRACK, NAME=B\n2.2, 2.55\n2.9, 2.6\n"
+    (tmp_path / "block.inp").write_text(
+        deck.format(cracks=cracks, loads="*BOUNDARY\nALONE, 2, 2\n*CLOAD\nINSIDE, 2, -1.\n")
+    )
+    done = run(tmp_path / "block.inp", tmp_path)
+    with h5py.File(done.path(".vtkhdf")) as file:
+        x = file["VTKHDF/Points"][:]
+    for place in ([1.5, 0, 0], [2.5, 2.5, 0]):
+        assert np.any(np.all(np.abs(x - place) < 1e-12, axis=1)), place
+
+
+@pytest.mark.parametrize("line", ["-1., 1.3\n5., 2.6\n", "0., 1.2\n2.4, 1.7\n", "1.1, 4.5\n2.4, -0.5\n"])
+def test_prescribed_field_on_a_cut_boundary(line, tmp_path):
+    """Nodes of the boundary with displacements linear in their place: those that a crack puts between them follow,
+    and the whole body is strained as if there were no crack."""
+    strain = np.array([-1e-4, -1.5e-4])
+    deck = DECK.split("{cracks}")[0].replace("*FRICTION\n1.", "*FRICTION\n5.")
+    plain = deck + "*BOUNDARY\nBOTTOM, 1, 2\n*STEP\n*STATIC\n*MONITOR, NAME=A, NSET=BOTTOM\n*END STEP\n"
+    (tmp_path / "plain.inp").write_text(plain)
+    with h5py.File(run(tmp_path / "plain.inp", tmp_path).path(".vtkhdf")) as file:
+        n = file["VTKHDF/NumberOfPoints"][0]
+        x, ids = file["VTKHDF/Points"][:n], file["VTKHDF/PointData/node_id"][:n]
+    moved = [
+        f"{i}, {k + 1}, {k + 1}, {float(strain[k]) * p[k]!r}"
+        for i, p in zip(ids.tolist(), x[:, :2].tolist())
+        if min(p) < 1e-9 or max(p) > 4 - 1e-9
+        for k in (0, 1)
+    ]
+    text = deck + "*CRACK, NAME=A\n" + line + "*STEP\n*STATIC\n*RELAXATION, TOLERANCE=1E-10\n*BOUNDARY\n"
+    (tmp_path / "block.inp").write_text(text.replace("\n\n", "\n") + "\n".join(moved) + "\n*END STEP\n")
+    done = run(tmp_path / "block.inp", tmp_path)
+    assert done.status == 0, done.messages
+    with h5py.File(done.path(".vtkhdf")) as file:
+        last = file["VTKHDF/Steps/PointOffsets"][-1]
+        x = file["VTKHDF/Points"][last:, :2]
+        u = file["VTKHDF/PointData/displacement"][-len(x) :, :2]
+    assert u == pytest.approx(strain * x, abs=1e-9 * np.abs(strain).max() * 4)
+
+
+@pytest.mark.parametrize("line", ["-1., -1.\n5., 3.2\n", "-3., 2.2\n9., 2.6\n"])
+def test_cut_crack_is_clipped(line, tmp_path):
+    """SPLITTING=ELEMENT begins where the line enters the body and runs along it to where the line leaves."""
+    done = run_deck(tmp_path, "*CRACK, NAME=A, SPLITTING=ELEMENT\n" + line)
+    with h5py.File(done.path("_cracks.vtkhdf")) as file:
+        x = file["VTKHDF/Points"][:, :2]
+    (ax, ay), (bx, by) = np.fromstring(line.replace("\n", ","), sep=",")[:4].reshape(2, 2)
+    away = ((bx - ax) * (x[:, 1] - ay) - (by - ay) * (x[:, 0] - ax)) / np.hypot(bx - ax, by - ay)
+    assert np.abs(away).max() < 0.5
+    assert x[:, 0].max() == pytest.approx(4)
+    assert np.min(x) == pytest.approx(0)
+    assert done.history["fragments"][0] == 2
+
+
 def test_friction_of_the_crack(tmp_path):
     """The crack's own friction decides whether it slips; its slope is 0.217."""
     loads = "*PRESSURE\nTOP, 1.\n"

@@ -24,6 +24,8 @@ def check(case):
         direction = run.events["direction_deg"][0]
         angles.append(abs((direction - 90 + 90) % 180 - 90))
         places.append(np.hypot(run.events["x"][0] - 25, run.events["y"][0] - 50))
+        at_peak = int(run.history["converged"][run.history["PLATEN_rf2"].argmin()])
+        case.equal(f"the state of the peak is converged, mesh {seed}", at_peak, 1)
         case.value(f"peak stress, mesh {seed}", peaks[seed], strength(), 0.01, kind="exact", unit="MPa")
         case.note(
             f"Mesh {seed}: after {len(run.events['event'])} events at the load of the first one, "
@@ -44,7 +46,9 @@ def draw(case, peaks):
     pairs = {"uniaxial compression": [(strength(), p) for p in peaks.values()]}
     pairs["confined, 5, 10, 20 MPa"] = []
     for pressure, u in ((5, -0.2), (10, -0.25), (20, -0.40)):
-        run = case.run(root / "confined" / "confined.inp", set={"P": pressure, "U": u}, name=f"confined{pressure}")
+        run = case.run(
+            root / "confined" / "confined.inp", set={"P": pressure, "U": u, "EVENTS": 1}, name=f"confined{pressure}"
+        )
         pairs["confined, 5, 10, 20 MPa"].append((strength(pressure), run.history["FOOT_rf2"].max() / WIDTH))
     run = case.run(root / "tension" / "tension.inp", name="tension")
     pairs["direct tension"] = [(4.5, run.history["GRIP_rf2"].max() / 40.0)]

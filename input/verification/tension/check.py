@@ -29,6 +29,8 @@ def check(case):
     runs = {seed: case.run("tension.inp", set={"SEED": seed}, name=f"seed{seed}") for seed in SEEDS}
     for seed, run in runs.items():
         peak = run.history["GRIP_rf2"].max() / WIDTH
+        at_peak = int(run.history["converged"][run.history["GRIP_rf2"].argmax()])
+        case.equal(f"the state of the peak is converged, mesh {seed}", at_peak, 1)
         case.value(f"peak stress, mesh {seed}", peak, STRENGTH, 0.01, kind="exact", unit="MPa")
     case.at_most("force left afterwards / peak", max(left(run) for run in runs.values()), 1e-5, kind="exact")
     case.equal("pieces", {int(run.history["fragments"][-1]) for run in runs.values()}, {2})
