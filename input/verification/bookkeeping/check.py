@@ -4,7 +4,7 @@ import re
 import sys
 
 import numpy as np
-from rfem_verify import PROJECT
+from rfem_verify import PROJECT, VerifyError
 
 sys.path.append(str(PROJECT / "tests" / "results"))
 import read_apdl
@@ -21,14 +21,18 @@ def check(case):
     wanted = 2000 if case.quick else 20000
     said = case.tool("random_splits", wanted)
     found = re.search(
-        r"(\d+) random splits of (\d+) bodies.*types I, II, III (\d+), (\d+), (\d+); every invariant", said
+        r"(\d+) random splits of (\d+) bodies.*types I, II, III, edge (\d+), (\d+), (\d+), (\d+); every invariant", said
     )
+    if not found:
+        raise VerifyError(f"random_splits does not say what it did: {said}")
     quantity = "random splits, all invariants kept after each"
-    case.at_least(quantity, int(found[1]) if found else float("nan"), wanted, kind="invariant")
+    case.at_least(quantity, int(found[1]), wanted, kind="invariant")
     jump = re.search(r"largest force: (\S+)", said)
     quantity = "nodal forces just after a split against just before: largest jump / largest force"
     case.at_most(quantity, float(jump[1]), 1e-10, kind="invariant")
-    case.note(f"{found[2]} random bodies; {found[3]}, {found[4]} and {found[5]} splits of type I, II and III.")
+    case.note(
+        f"{found[2]} random bodies; {found[3]}, {found[4]} and {found[5]} splits of type I, II and III, {found[6]} along edges."
+    )
     read_back(case)
 
 
