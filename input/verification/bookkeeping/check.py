@@ -31,7 +31,8 @@ def check(case):
     quantity = "nodal forces just after a split against just before: largest jump / largest force"
     case.at_most(quantity, float(jump[1]), 1e-10, kind="invariant")
     case.note(
-        f"{found[2]} random bodies; {found[3]}, {found[4]} and {found[5]} splits of type I, II and III, {found[6]} along edges."
+        f"{found[2]} random bodies; {found[3]}, {found[4]} and {found[5]} splits of type I, II and III, "
+        f"{found[6]} along edges."
     )
     read_back(case)
 
