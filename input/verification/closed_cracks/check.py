@@ -70,4 +70,5 @@ def draw(case, counts, stiffness, lost):
     case.note(
         f"1/(1 + 1.24/pf) loses {loss[0]:.0f} % at pf = 2.5 and {loss[1]:.0f} % at pf = 40; rfem loses nothing at any"
         " number of cracks."
+        first=True,
     )

@@ -22,7 +22,7 @@ def pressure_of_growth(result, first, last):
     return float("nan"), states
 
 
-def without_softening(case):
+def without_softening(case, softened):
     """The load of the first step from the tip, which is all that a strength alone knows, on the three meshes."""
     deck = case.edited(
         "griffith.inp", ("*SOFTENING\n<GF>\n", ""), ("MAX EVENTS=40", "MAX EVENTS=1"), name="brittle.inp"
@@ -35,6 +35,30 @@ def without_softening(case):
     slope = math.log(peaks[0] / peaks[-1]) / math.log(float(MESHES[0][0]) / float(MESHES[-1][0]))
     found = ", ".join(f"{peak:.2f} MPa at {mesh[0]} mm" for peak, mesh in zip(peaks, MESHES, strict=True))
     case.note(f"Without *SOFTENING the first pressure falls with the mesh, as h to the {slope:.2f}: {found}.")
+    trend_figure(case, [float(mesh[0]) for mesh in MESHES], peaks, softened)
+
+
+def trend_figure(case, sizes, peaks, softened):
+    """The trend with the mesh that a strength without a length has, beside the same with a fracture energy."""
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(4.2, 3))
+    axes.loglog(sizes, peaks, "s-", label="without *SOFTENING: first pressure")
+    axes.loglog(sizes, [peaks[-1] * (h / sizes[-1]) ** 0.5 for h in sizes], ":", color="0.5", label="root of h")
+    axes.loglog(sizes, softened, "o-", label="15 MPa, 10 J/m2: crack runs")
+    axes.axhline(1.94, color="k", linewidth=0.8, label="Griffith, 1.94 MPa")
+    axes.set_xticks(sizes, [f"{h:g}" for h in sizes])
+    axes.set_yticks([1, 2, 4], ["1", "2", "4"])
+    axes.minorticks_off()
+    axes.set(xlabel="element size at the tips [mm]", ylabel="pressure [MPa]", ylim=(1, 6))
+    axes.legend(fontsize=6)
+    figure.tight_layout()
+    case.figure(
+        "trend",
+        figure,
+        "A strength without a length knows no size: without *SOFTENING the pressure falls with the mesh. With a fracture "
+        "energy it goes to Griffith's once the mesh resolves the zone that softens.",
+    )
 
 
 def check(case):
@@ -42,7 +66,7 @@ def check(case):
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=(5, 3))
-    sizes, errors = [], []
+    sizes, errors, peaks = [], [], []
     for h, first, last in MESHES:
         if h == "0.25" and case.quick:
             continue
@@ -51,6 +75,7 @@ def check(case):
         )
         sizes.append(float(h))
         errors.append(abs(peak / 1.94 - 1))
+        peaks.append(peak)
         axes.plot([s[1] - 20 for s in states], [s[0] for s in states], label=f"15 MPa, 10 J/m2, {h} mm")
         if h == "0.25":
             case.value(
@@ -68,7 +93,7 @@ def check(case):
             f"pressure at which the crack runs, 3 MPa, {energy} J/m2", peak, expected, 0.08, kind="code", unit="MPa"
         )
     if not case.quick:
-        without_softening(case)
+        without_softening(case, peaks)
     axes.set(xlabel="growth [mm]", ylabel="pressure [MPa]", xlim=(-1, 25))
     axes.legend(fontsize=6)
     figure.tight_layout()
