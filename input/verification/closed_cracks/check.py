@@ -65,10 +65,10 @@ def draw(case, counts, stiffness, lost):
         figure,
         "Stiffness of the block. Left: rfem with more and more closed cracks. Right: what programs lose that put joints"
         " of stiffness pf E/h on the edges of a triangle mesh.",
+        first=True,
     )
     loss = [100 * (1 - 1 / (1 + RULE / pf)) for pf in (2.5, 40)]
     case.note(
         f"1/(1 + 1.24/pf) loses {loss[0]:.0f} % at pf = 2.5 and {loss[1]:.0f} % at pf = 40; rfem loses nothing at any"
         " number of cracks."
-        first=True,
     )

@@ -56,8 +56,8 @@ def trend_figure(case, sizes, peaks, softened):
     case.figure(
         "trend",
         figure,
-        "A strength without a length knows no size: without *SOFTENING the pressure falls with the mesh. With a fracture "
-        "energy it goes to Griffith's once the mesh resolves the zone that softens.",
+        "A strength without a length knows no size: without *SOFTENING the pressure falls with the mesh. With a "
+        "fracture energy it goes to Griffith's once the mesh resolves the zone that softens.",
     )
 
 
