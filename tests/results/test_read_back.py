@@ -209,9 +209,12 @@ def test_killed_writer_leaves_every_finished_frame(tmp_path):
         told = int((["1"] + writer.stdout.read().split())[-1])
         writer.wait()
         with h5py.File(path, "r", swmr=True) as file:
-            frames = int(file["VTKHDF/Steps"].attrs["NSteps"])
+            # number and list of frames change in one flush, which is some writes: a kill between them leaves one of them
+            # a frame ahead (`./run recover` sets that right); every frame that was finished is there by both
+            values = file["VTKHDF/Steps/Values"][:].tolist()
+            frames = min(int(file["VTKHDF/Steps"].attrs["NSteps"]), len(values))
             assert frames in (told, told + 1)
-            assert file["VTKHDF/Steps/Values"][:].tolist() == list(range(frames))
+            assert values[:frames] == list(range(frames))
             for frame in range(frames):
                 u = frame_of(file, "PointData", "displacement", frame)
                 n = 2 * (500 + 7 * (frame - frame % 3)) + 2
