@@ -64,11 +64,20 @@ contains
       real(wp), intent(in) :: fraction
       type(model_t), intent(inout) :: model
       real(wp) :: part
-      integer :: n
+      integer :: n, p
       n = size(self%ux)
       part = (fraction - self%fraction)/(other%fraction - self%fraction)
       model%motion%ux(:n) = self%ux + part*(other%ux - self%ux)
       model%motion%uy(:n) = self%uy + part*(other%uy - self%uy)
+      if (part <= 1) return
+      ! A piece that nothing holds as a whole is in balance wherever it is: it stays where it was, or it would coast on
+      ! from increment to increment by the way that it once jumped.
+      do n = 1, size(self%ux)
+         p = model%pieces%of_node(n)
+         if (model%pieces%loaded(p) .or. (model%pieces%supported(p) .and. .not. model%pieces%slides(p))) cycle
+         model%motion%ux(n) = other%ux(n)
+         model%motion%uy(n) = other%uy(n)
+      end do
    end subroutine interpolate
 
 end module rf_snapshot

@@ -112,7 +112,8 @@ contains
       if (self%slip_warning_node == 0) self%slip_warning_node = far_slipped_node(self)
    end subroutine watch_slip
 
-   !> Remember the first node of each mode at which softening was too steep for the mesh.
+   !> What follows from softening in an accepted state: the first node of each mode at which it was too steep for the mesh
+   !> is remembered, and the criterion knows what it shields.
    subroutine watch_softening(self)
       class(model_t), intent(inout) :: self
       integer :: i, p
@@ -121,6 +122,8 @@ contains
          if (self%steep_warning_node(i) == 0 .and. p > 0) self%steep_warning_node(i) = self%contact%pair(1, p)
       end do
       call self%failure%shield(self%mesh, self%contact%bonds())
+      ! what broke in this state no longer shields its neighbours, which have not been looked at yet
+      if (self%contact%softens()) call self%failure%look(self%mesh, self%material, self%motion)
    end subroutine watch_softening
 
    !> The first node whose pair is in contact and has slipped by a good part of the element size; 0 if there is none.

@@ -60,7 +60,7 @@ module rf_contact
       integer, allocatable, private :: by_key(:)
    contains
       procedure :: rebuild, renumber, node_force, weigh, find_pair, gap, slip, opening, settle, follow_overlap, traction, state
-      procedure :: bonds
+      procedure :: bonds, softens
    end type contact_t
 
 contains
@@ -101,7 +101,7 @@ contains
          self%stuck_before(p) = present(changes)
          if (q > 0) then
             self%broken(p) = old%broken(q)
-            self%impulse(:, p) = old%impulse(:, q)
+            self%impulse(:, p) = carried_impulse(self, p, old, q)
             self%friction_before(p) = old%friction_before(q)
             self%stuck_before(p) = old%stuck_before(q)
             if (all(abs(old%normal(:, q) - self%normal(:, p)) <= epsilon(1.0_wp))) then
@@ -109,6 +109,7 @@ contains
                self%gap_reference(p) = old%gap_reference(q)
             end if
             call self%cohesive%inherit(p, old%cohesive, [q])
+            self%cohesive%rigid(p) = old%cohesive%rigid(q)
             cycle
          end if
          ancestor = 0
@@ -123,6 +124,23 @@ contains
          end if
       end do
    end subroutine rebuild
+
+   !> The impulse of a pair that was there before. Where it lost area or its normal turned, what is left of its cohesion with
+   !> the area, the same force in the directions of now: a removal balances the rest of the body by it.
+   pure function carried_impulse(self, p, old, q) result(impulse)
+      type(contact_t), intent(in) :: self, old
+      !> the pair now and before
+      integer, intent(in) :: p, q
+      real(wp) :: impulse(2), ratio, r(2)
+      impulse = old%impulse(:, q)
+      ratio = 1
+      if (old%cohesive%area(q) > 0) ratio = min(1.0_wp, self%cohesive%area(p)/old%cohesive%area(q))
+      if (ratio >= 1 .and. all(abs(old%normal(:, q) - self%normal(:, p)) <= epsilon(1.0_wp))) return
+      if (.not. old%cohesive%area(q) > 0) return
+      r = impulse - (1 - ratio)*old%cohesive%impulse(:, q)
+      r = old%normal(:, q)*r(1) + [-old%normal(2, q), old%normal(1, q)]*r(2)
+      impulse = [dot_product(self%normal(:, p), r), self%normal(1, p)*r(2) - self%normal(2, p)*r(1)]
+   end function carried_impulse
 
    !> The old pairs that a pair of new nodes lies on or between: the same one twice for copies, one for each end of a
    !> bisected crack edge (0: a tip); none on a new crack.
@@ -504,6 +522,13 @@ contains
       bonds = self%pair(:, pack([(p, p=1, self%n_pairs)], self%cohesive%bonded(:self%n_pairs)))
    end function bonds
 
+   !> Whether any pair has or had something to soften.
+   pure logical function softens(self)
+      class(contact_t), intent(in) :: self
+      softens = self%n_pairs > 0
+      if (softens) softens = any(self%cohesive%area(:self%n_pairs) > 0)
+   end function softens
+
    !> Opening of a pair [length].
    pure real(wp) function gap(self, motion, p)
       class(contact_t), intent(in) :: self
@@ -574,7 +599,7 @@ contains
          if (how /= pair_stick) then
             ! a pair that slides on does so under the mean of both tractions, one that has stuck till its limit under this
             mean = friction
-            if (.not. (self%stuck_before(p) .or. friction*self%friction_before(p) < 0)) &
+            if (how == pair_slip .and. .not. (self%stuck_before(p) .or. friction*self%friction_before(p) < 0)) &
                mean = 0.5_wp*(friction + self%friction_before(p))
             friction_work = friction_work - mean*(s - self%slip_reference(p))
             self%slip_reference(p) = s
@@ -598,7 +623,7 @@ contains
       class(contact_t), intent(inout) :: self
       type(motion_t), intent(in) :: motion
       integer, intent(in) :: p
-      if (.not. self%gap_reference(p) < 0 .or. self%impulse(1, p) > 0) return
+      if (.not. self%gap_reference(p) < 0 .or. self%impulse(1, p) > 0 .or. self%cohesive%bonded(p)) return
       self%gap_reference(p) = min(0.0_wp, max(self%gap_reference(p), self%gap(motion, p)))
    end subroutine follow_overlap
 

@@ -209,8 +209,8 @@ def test_killed_writer_leaves_every_finished_frame(tmp_path):
         told = int((["1"] + writer.stdout.read().split())[-1])
         writer.wait()
         with h5py.File(path, "r", swmr=True) as file:
-            # number and list of frames change in one flush, which is some writes: a kill between them leaves one of them
-            # a frame ahead (`./run recover` sets that right); every frame that was finished is there by both
+            # number and list of frames change in one flush, which is some writes: a kill between them leaves one
+            # of them a frame ahead (`./run recover` sets that right); what was finished is there by both
             values = file["VTKHDF/Steps/Values"][:].tolist()
             frames = min(int(file["VTKHDF/Steps"].attrs["NSteps"]), len(values))
             assert frames in (told, told + 1)
