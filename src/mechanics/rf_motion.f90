@@ -21,7 +21,7 @@ module rf_motion
       !> residuals: applied minus internal forces [force]; reactions at supports
       real(wp), allocatable :: rx(:), ry(:)
    contains
-      procedure :: reserve, adopt, renumber, corner_displacements
+      procedure :: reserve, advance, adopt, renumber, corner_displacements
    end type motion_t
 
 contains
@@ -41,6 +41,21 @@ contains
       call grow(self%rx, n)
       call grow(self%ry, n)
    end subroutine reserve
+
+   !> The displacements after the step under way become the present ones.
+   pure subroutine advance(self)
+      class(motion_t), intent(inout) :: self
+      call swap(self%ux, self%wx)
+      call swap(self%uy, self%wy)
+   end subroutine advance
+
+   pure subroutine swap(a, b)
+      real(wp), allocatable, intent(inout) :: a(:), b(:)
+      real(wp), allocatable :: keep(:)
+      call move_alloc(a, keep)
+      call move_alloc(b, a)
+      call move_alloc(keep, b)
+   end subroutine swap
 
    !> New nodes move as what they come from: a copy as its node, a midpoint as the mean of its ends.
    subroutine adopt(self, changes)

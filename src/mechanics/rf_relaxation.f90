@@ -144,8 +144,7 @@ contains
             kinetic_before = 0
             cycle
          end if
-         call swap(motion%ux, motion%wx)
-         call swap(motion%uy, motion%wy)
+         call motion%advance()
       end do
       call system_clock(ticks(2))
       self%seconds = self%seconds + real(ticks(2) - ticks(1), wp)/real(rate, wp)
@@ -395,13 +394,5 @@ contains
          force(2, n) = force(2, n) - (1 - loads%free_y(n))*contact%force(2, c)
       end do
    end subroutine reaction
-
-   subroutine swap(a, b)
-      real(wp), allocatable, intent(inout) :: a(:), b(:)
-      real(wp), allocatable :: keep(:)
-      call move_alloc(a, keep)
-      call move_alloc(b, a)
-      call move_alloc(keep, b)
-   end subroutine swap
 
 end module rf_relaxation
