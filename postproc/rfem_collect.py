@@ -19,11 +19,12 @@ import io
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NoReturn, Union
+from typing import Union
 
 import h5py
 import numpy as np
 
+from rfem_command import Parser
 from rfem_io import ResultsError, nearest, open_hdf5, text_of
 from rfem_results import Results, jobs_in
 
@@ -292,15 +293,6 @@ def sweep_figure(rows: Sequence[Mapping[str, Value]], x: str, y: str, by: str | 
 
 
 # --- the command -----------------------------------------------------------------------------------------
-
-
-class Parser(argparse.ArgumentParser):
-    """An argument parser whose errors are one line, like all of ours."""
-
-    def error(self, message: str) -> NoReturn:
-        """Leave with the message and status 2."""
-        sys.stderr.write(f"rfem_collect: error: {' '.join(message.split())} (see {self.prog} --help)\n")
-        sys.exit(2)
 
 
 def make_parser() -> Parser:

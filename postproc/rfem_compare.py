@@ -28,10 +28,10 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NoReturn
 
 import numpy as np
 
+from rfem_command import Parser
 from rfem_io import ResultsError, nearest
 from rfem_results import Results, open_results
 
@@ -413,15 +413,6 @@ def read_reference(path: str | Path) -> dict:
 
 
 # --- the command -----------------------------------------------------------------------------------------
-
-
-class Parser(argparse.ArgumentParser):
-    """An argument parser whose errors are one line, like all of ours."""
-
-    def error(self, message: str) -> NoReturn:
-        """Leave with the message and status 2."""
-        sys.stderr.write(f"rfem_compare: error: {' '.join(message.split())} (see {self.prog} --help)\n")
-        sys.exit(2)
 
 
 def make_parser() -> Parser:

@@ -16,11 +16,11 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NoReturn
 
 import h5py
 import numpy as np
 
+from rfem_command import Parser
 from rfem_frames import GEOMETRY_COUNTS, FrameFile
 from rfem_io import ResultsError, open_hdf5, short_text
 from rfem_results import find_job
@@ -305,15 +305,6 @@ def mend_text(path: Path) -> str:
 
 
 # --- the command -----------------------------------------------------------------------------------------
-
-
-class Parser(argparse.ArgumentParser):
-    """An argument parser whose errors are one line, like all of ours."""
-
-    def error(self, message: str) -> NoReturn:
-        """Leave with the message and status 2."""
-        sys.stderr.write(f"rfem_recover: error: {message} (see {self.prog} --help)\n")
-        sys.exit(2)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -2,6 +2,7 @@
 !> Katona 1983). Here the pairs are found from the cracked edges and kept over splits; rf_contact_k finds the impulses.
 module rf_contact
    use rf_kinds, only: wp, i8
+   use rf_disjoint, only: singletons, find_root, unite
    use rf_grow, only: grow
    use rf_sort, only: sorted_order
    use rf_mesh, only: mesh_t
@@ -326,20 +327,18 @@ contains
       class(contact_t), intent(inout) :: self
       integer, allocatable :: root(:), order(:), group(:), members(:)
       integer(i8), allocatable :: nodes(:)
-      integer :: n, p, i, a, b
+      integer :: n, p, i
 
       n = self%n_pairs
       allocate (nodes(2*n))
       nodes(1:2*n - 1:2) = self%pair(1, :n)
       nodes(2:2*n:2) = self%pair(2, :n)
       allocate (order, source=sorted_order(nodes))
-      allocate (root(n), group(n), members(n))
-      root = [(p, p=1, n)]
+      allocate (root, source=singletons(n))
+      allocate (group(n), members(n))
       do i = 2, size(order)                                ! pairs that hold the same node belong together
          if (nodes(order(i)) /= nodes(order(i - 1))) cycle
-         a = find_root(root, (order(i) + 1)/2)
-         b = find_root(root, (order(i - 1) + 1)/2)
-         root(max(a, b)) = min(a, b)
+         call unite(root, (order(i) + 1)/2, (order(i - 1) + 1)/2)
       end do
       members = 0
       do p = 1, n
@@ -368,16 +367,6 @@ contains
       allocate (self%by_key, source=sorted_order(self%key))
       self%key = self%key(self%by_key)
    end subroutine sort_keys
-
-   integer function find_root(root, member) result(r)
-      integer, intent(inout) :: root(:)
-      integer, intent(in) :: member
-      r = member
-      do while (root(r) /= r)
-         root(r) = root(root(r))
-         r = root(r)
-      end do
-   end function find_root
 
    subroutine permute_pairs(self, order)
       class(contact_t), intent(inout) :: self
@@ -528,8 +517,6 @@ contains
          ! Where supports leave both nodes the same single direction, that motion opens and slides at once: one unknown
          ! cannot bear two conditions (they would push each other up without end), and not interpenetrating comes first.
          if (.not. (sx > 0 .and. sy > 0)) self%weight(2, p) = 0
-         self%gain(:, p) = 0
-         where (self%weight(:, p) > 0) self%gain(:, p) = 1/self%weight(:, p)
       end do
       call self%cohesive%weigh(self%n_pairs, self%weight)
    end subroutine weigh
@@ -546,6 +533,10 @@ contains
          n = self%node(c)
          self%mobility(:, c) = [free_x(n), free_y(n)]*inverse_mass(n)
          self%counted(c) = counted(n)
+      end do
+      do p = 1, self%n_pairs
+         self%gain(:, p) = 0
+         where (self%weight(:, p) > 0) self%gain(:, p) = 1/self%weight(:, p)
       end do
       self%n_blocks = (n_nodes - 1)/block_size + 1
       if (allocated(self%ordinary)) deallocate (self%block_lone, self%block_group, self%ordinary, self%partial)

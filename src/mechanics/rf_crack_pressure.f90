@@ -1,6 +1,7 @@
 !> Pressure in cracks: it pushes the two faces of each segment apart, and may follow the crack into what breaks from it.
 module rf_crack_pressure
    use rf_kinds, only: wp
+   use rf_disjoint, only: singletons, find_root, unite
    use rf_mesh, only: mesh_t
    use rf_topology, only: side_nodes
    use rf_material, only: material_t
@@ -20,29 +21,30 @@ contains
       logical, intent(in) :: follow
       !> (segments)
       logical, allocatable, intent(out) :: pressed(:)
-      integer :: root(mesh%n_nodes), nodes(4), s, i
-      logical :: reached(mesh%n_nodes)
+      integer, allocatable :: root(:)
+      logical, allocatable :: reached(:)
+      integer :: nodes(4), s, i
       allocate (pressed(mesh%n_segments))
       pressed = mesh%segment_crack(:mesh%n_segments) == crack
       if (.not. follow) return
-      root = [(i, i=1, mesh%n_nodes)]
+      allocate (root, source=singletons(mesh%n_nodes))
       do s = 1, mesh%n_segments
          if (.not. enters(s)) cycle
          nodes = reshape(side_nodes(mesh, s), [4])
          do i = 2, 4
-            call unite(nodes(1), nodes(i))
+            call unite(root, nodes(1), nodes(i))
          end do
       end do
-      reached = .false.
+      allocate (reached(mesh%n_nodes), source=.false.)
       do s = 1, mesh%n_segments
          if (.not. pressed(s)) cycle
          nodes = reshape(side_nodes(mesh, s), [4])
-         reached(find_root(nodes(1))) = .true.
+         reached(find_root(root, nodes(1))) = .true.
       end do
       do s = 1, mesh%n_segments
          if (.not. enters(s)) cycle
          nodes = reshape(side_nodes(mesh, s), [4])
-         pressed(s) = reached(find_root(nodes(1)))
+         pressed(s) = reached(find_root(root, nodes(1)))
       end do
 
    contains
@@ -52,23 +54,6 @@ contains
          integer, intent(in) :: s
          enters = mesh%segment_crack(s) == crack .or. mesh%segment_crack(s) == 0
       end function enters
-
-      subroutine unite(a, b)
-         integer, intent(in) :: a, b
-         integer :: ra, rb
-         ra = find_root(a)
-         rb = find_root(b)
-         root(max(ra, rb)) = min(ra, rb)
-      end subroutine unite
-
-      integer function find_root(member) result(r)
-         integer, intent(in) :: member
-         r = member
-         do while (root(r) /= r)
-            root(r) = root(root(r))
-            r = root(r)
-         end do
-      end function find_root
 
    end subroutine pressed_segments
 

@@ -522,8 +522,7 @@ contains
       integer :: p
       if (self%forces_vary) call add_work(mesh%n_nodes, loads, motion, 0.5_wp, energy)
       call self%book_half(mesh, contact, motion, energy, before=.false.)
-      call swap(motion%ux, motion%wx)
-      call swap(motion%uy, motion%wy)
+      call motion%advance()
       contact%cohesive%stored = 0
       do p = 1, contact%n_pairs
          call contact%cohesive%settle(p, [contact%opening(motion, p), contact%slip(motion, p)])
@@ -606,13 +605,5 @@ contains
       end do
       node = maxloc(abs(motion%fx(:mesh%n_nodes)) + abs(motion%fy(:mesh%n_nodes)), dim=1)    ! squares overflow first
    end function not_finite
-
-   subroutine swap(a, b)
-      real(wp), allocatable, intent(inout) :: a(:), b(:)
-      real(wp), allocatable :: keep(:)
-      call move_alloc(a, keep)
-      call move_alloc(b, a)
-      call move_alloc(keep, b)
-   end subroutine swap
 
 end module rf_dynamics

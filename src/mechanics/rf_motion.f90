@@ -19,7 +19,7 @@ module rf_motion
       !> internal forces of the displacements [force]
       real(wp), allocatable :: fx(:), fy(:)
    contains
-      procedure :: reserve, adopt, renumber, corner_displacements
+      procedure :: reserve, advance, adopt, renumber, corner_displacements
    end type motion_t
 
 contains
@@ -37,6 +37,21 @@ contains
       call grow(self%fx, n)
       call grow(self%fy, n)
    end subroutine reserve
+
+   !> The displacements after the step under way become the present ones.
+   pure subroutine advance(self)
+      class(motion_t), intent(inout) :: self
+      call swap(self%ux, self%wx)
+      call swap(self%uy, self%wy)
+   end subroutine advance
+
+   pure subroutine swap(a, b)
+      real(wp), allocatable, intent(inout) :: a(:), b(:)
+      real(wp), allocatable :: keep(:)
+      call move_alloc(a, keep)
+      call move_alloc(b, a)
+      call move_alloc(keep, b)
+   end subroutine swap
 
    !> New nodes move as what they come from: a copy as its node, a midpoint as the mean of its ends.
    subroutine adopt(self, changes)

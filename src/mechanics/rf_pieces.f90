@@ -1,6 +1,7 @@
 !> The pieces the body has fallen into: nodes connected through elements, not through contact.
 module rf_pieces
    use rf_kinds, only: wp
+   use rf_disjoint, only: singletons, find_root, unite
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t
@@ -32,23 +33,19 @@ contains
       class(pieces_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       integer, allocatable :: root(:), label(:), by_rank(:)
-      integer :: e, k, a, b, n
-      allocate (root(mesh%n_nodes), label(mesh%n_nodes), by_rank(mesh%n_elements))
-      do n = 1, mesh%n_nodes
-         root(n) = n
-      end do
+      integer :: e, k, a, n
+      allocate (root, source=singletons(mesh%n_nodes))
+      allocate (label(mesh%n_nodes), by_rank(mesh%n_elements))
       do e = 1, mesh%n_elements
          by_rank(mesh%element_rank(e)) = e
          do k = 1, 2
-            a = find_root(mesh%connectivity(k, e))
-            b = find_root(mesh%connectivity(k + 1, e))
-            root(max(a, b)) = min(a, b)
+            call unite(root, mesh%connectivity(k, e), mesh%connectivity(k + 1, e))
          end do
       end do
       label = 0
       self%n = 0
       do k = 1, mesh%n_elements
-         a = find_root(mesh%connectivity(1, by_rank(k)))
+         a = find_root(root, mesh%connectivity(1, by_rank(k)))
          if (label(a) > 0) cycle
          self%n = self%n + 1
          label(a) = self%n
@@ -56,19 +53,8 @@ contains
       call grow(self%of_node, mesh%n_nodes)
       self%n_nodes = mesh%n_nodes
       do n = 1, mesh%n_nodes
-         self%of_node(n) = label(find_root(n))
+         self%of_node(n) = label(find_root(root, n))
       end do
-
-   contains
-
-      integer function find_root(member) result(r)
-         integer, intent(in) :: member
-         r = member
-         do while (root(r) /= r)
-            root(r) = root(root(r))
-            r = root(r)
-         end do
-      end function find_root
 
    end subroutine find
 

@@ -3,6 +3,7 @@
 !> Nothing is taken from the walks round nodes that splitting itself uses (rf_topology): fans, pieces and the table of
 !> edges are found anew, by joining corners across intact edges and by sorting edges.
 module rf_invariants
+   use rf_disjoint, only: unite
    use rf_kinds, only: wp, i8
    use rf_text, only: to_text
    use rf_sort, only: sorted_order
@@ -310,24 +311,6 @@ contains
          joined%piece(e) = joined%piece(joined%piece(e))
       end do
    end subroutine join
-
-   !> Join the sets of two members.
-   subroutine unite(root, a, b)
-      integer, intent(inout) :: root(:)
-      integer, intent(in) :: a, b
-      integer :: ra, rb
-      ra = a
-      do while (root(ra) /= ra)
-         root(ra) = root(root(ra))
-         ra = root(ra)
-      end do
-      rb = b
-      do while (root(rb) /= rb)
-         root(rb) = root(root(rb))
-         rb = root(rb)
-      end do
-      root(max(ra, rb)) = min(ra, rb)
-   end subroutine unite
 
    !> Sets that were joined.
    pure integer function sets(root)

@@ -1,6 +1,7 @@
 !> What is said of cracks: how many there are, how long, and opening, slip and tractions of each segment.
 module rf_crack_figures
    use rf_kinds, only: wp
+   use rf_disjoint, only: find_root, unite
    use rf_mesh, only: mesh_t
    use rf_topology, only: side_nodes
    use rf_model, only: model_t
@@ -39,31 +40,10 @@ contains
             n = n + 1
          end do
          do i = 2, 4
-            call unite(nodes(1), nodes(i))
+            if (find_root(root, nodes(1)) /= find_root(root, nodes(i))) n = n - 1
+            call unite(root, nodes(1), nodes(i))
          end do
       end do
-
-   contains
-
-      subroutine unite(a, b)
-         integer, intent(in) :: a, b
-         integer :: ra, rb
-         ra = find_root(a)
-         rb = find_root(b)
-         if (ra == rb) return
-         root(max(ra, rb)) = min(ra, rb)
-         n = n - 1
-      end subroutine unite
-
-      integer function find_root(member) result(r)
-         integer, intent(in) :: member
-         r = member
-         do while (root(r) /= r)
-            root(r) = root(root(r))
-            r = root(r)
-         end do
-      end function find_root
-
    end function count_cracks
 
    !> Length of all crack segments [length].

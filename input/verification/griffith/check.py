@@ -73,7 +73,7 @@ def check(case):
     sizes, errors, peaks = [], [], []
     meshes = list(MESHES[:2] if case.quick else MESHES)
     if not case.quick and shutil.which("gmsh"):
-        subprocess.run([sys.executable, "mesh.py", FINEST[0]], cwd=case.work, check=True)
+        subprocess.run([sys.executable, case.source / "mesh.py", FINEST[0]], cwd=case.work, check=True)
         meshes.append(FINEST)
     elif not case.quick:
         case.note("Gmsh is not there: the mesh of 0.125 mm is left out.")

@@ -10,17 +10,17 @@ EXPECTED = {15: 65.5, 30: 60.0, 45: 53.1, 60: 43.2, 75: 26.7}  # crack to load: 
 
 
 def kinks(result, angle):
-    """Mean of the kinks at both tips [degrees]: from the first node that failed at a tip to the last one."""
+    """Mean kink of both tips [degrees], from the first node that failed at a tip to the last one (NaN: too few)."""
     table, found = result.events, []
     for side in (1, -1):
         ahead = (side * math.sin(math.radians(angle)), side * math.cos(math.radians(angle)))
         nodes = [(x, y) for x, y in zip(table["x"], table["y"], strict=True) if x * ahead[0] + y * ahead[1] > 0]
         if len(nodes) < 3:
-            continue
+            return float("nan")
         dx, dy = nodes[-1][0] - nodes[0][0], nodes[-1][1] - nodes[0][1]
         turn = math.degrees(math.atan2(dy, dx) - math.atan2(ahead[1], ahead[0]))
         found.append(abs((turn + 180) % 360 - 180))
-    return sum(found) / len(found) if found else float("nan")
+    return sum(found) / len(found)
 
 
 def run(case, angle, brittle):
