@@ -13,28 +13,20 @@ submodule(rf_simulation) rf_dynamic_step
 
 contains
 
-   !> All time steps of a step.
-   module subroutine run_time_steps(self, s)
+   module subroutine one_time_step(self)
       class(simulation_t), intent(inout) :: self
-      integer, intent(in) :: s
-      !> time steps so far; those so far, and the step time, when the time increment was set last
-      integer :: n, set_at
-      real(wp) :: time, set_time
+      real(wp) :: time
       logical :: due
-      call begin(self, s)
-      n = 0
-      set_at = 0
-      set_time = 0
-      do
-         self%position%last = n == self%steps(s)%n_increments
-         time = set_time + (n - set_at)*self%model%dynamics%time_step
-         if (self%position%last) time = self%steps(s)%total_time
+      associate (n => self%time_steps, step => self%steps(self%position%step))
+         self%position%last = n == step%n_increments
+         time = self%set_time + (n - self%set_at)*self%model%dynamics%time_step
+         if (self%position%last) time = step%total_time
          call go_to_time(self, n, time)
-         if (n > 0 .and. (mod(n, self%steps(s)%look) == 0 .or. self%position%last)) then
+         if (n > 0 .and. (mod(n, step%look) == 0 .or. self%position%last)) then
             if (look_and_split(self)) then
                call choose_time_step(self, n, time)
-               set_at = n
-               set_time = time
+               self%set_at = n
+               self%set_time = time
             end if
          end if
          self%position%last = self%position%last .or. self%step_over
@@ -43,19 +35,26 @@ contains
          call evaluate(self, due, time + self%model%dynamics%time_step)
          if (self%run_over) return
          if (due) call record_state(self)
-         if (self%position%last .or. self%run_over) exit
+         if (self%run_over) return
+         if (self%position%last) then
+            call finish(self, time)
+            return
+         end if
          call self%model%dynamics%move(self%model%mesh, self%model%contact, self%model%loads, self%model%motion, &
                                        self%model%energy)
          call self%recorder%count_iterations(1)
          n = n + 1
-      end do
-      call finish(self, time)
-   end subroutine run_time_steps
+      end associate
+   end subroutine one_time_step
 
-   !> The first state of the step, and how long its time steps are.
-   subroutine begin(self, s)
+   module subroutine begin_time_steps(self)
       class(simulation_t), intent(inout) :: self
-      integer, intent(in) :: s
+      integer :: s
+      s = self%position%step
+      self%stage = stage_time_step
+      self%time_steps = 0
+      self%set_at = 0
+      self%set_time = 0
       self%position%in_time = .true.
       self%position%load_factor = 0
       associate (model => self%model)
@@ -71,7 +70,7 @@ contains
       call self%log%line('step '//to_text(s)//': explicit dynamics, '//to_text(self%steps(s)%n_increments)//' time steps of '// &
                          short(self%model%dynamics%time_step)//' (the longest that is safe is '// &
                          short(self%model%dynamics%safe)//')')
-   end subroutine begin
+   end subroutine begin_time_steps
 
    !> Equal time steps from here to the end of the step, not longer than is safe and than the deck wants. While the present
    !> ones are safe they stay.
@@ -227,6 +226,7 @@ contains
          call model%energy%go_on_from(model%loads, model%motion, model%reaction, model%mesh%n_nodes)
       end associate
       self%position%in_time = .false.
+      call self%end_step()
    end subroutine finish
 
 end submodule rf_dynamic_step

@@ -1,34 +1,36 @@
-!> The loop of a run: increments, the load of the first event, events round by round until nothing fails, results.
-!> docs/timestep.md explains it line by line.
+!> The loop of a run: a sequence of stages, most of them a relaxation and what comes of it. Between two stages, and after any
+!> step of a relaxation, all of the run is in this type, so that it can be left there. docs/timestep.md explains it line by line.
 module rf_simulation
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use rf_kinds, only: wp
+   use rf_interruption, only: interruption_t
    use rf_model, only: model_t
    use rf_ray, only: split_t
    use rf_relaxation, only: relaxation_settings_t, relaxed, relaxed_roughly, relaxation_mechanism, relaxation_not_finite
    use rf_failure, only: fracture_settings_t, splitting_none
-   use rf_selection, only: others_of_round
    use rf_energy, only: energy_t
-   use rf_loads, only: load_definition_t, renumber_definition
-   use rf_removal_input, only: removal_t, mark_removed
-   use rf_renumber, only: renumbering_t
+   use rf_loads, only: load_definition_t
+   use rf_removal_input, only: removal_t
    use rf_support_check, only: hold
-   use rf_criterion, only: mode_tension
-   use rf_position, only: position_t, frame_start, frame_before_event, frame_after_event, frame_settled, frame_not_converged
+   use rf_position, only: position_t, frame_start, frame_settled
    use rf_recorder, only: recorder_t
    use rf_snapshot, only: snapshot_t
+   use rf_search, only: search_t
    use rf_step_input, only: step_t
    use rf_log, only: log_t, short
    use rf_text, only: to_text
    implicit none
    private
    public :: simulation_t
-   public :: exit_done, exit_failed, exit_not_written
+   public :: exit_done, exit_failed, exit_not_written, exit_interrupted
 
    !> exit statuses of a run (docs/deck.md)
-   integer, parameter :: exit_done = 0, exit_failed = 1, exit_not_written = 3
-   !> probes for the load of the first event
-   integer, parameter :: max_probes = 40
+   integer, parameter :: exit_done = 0, exit_failed = 1, exit_not_written = 3, exit_interrupted = 4
+   !> What the run does next. Nothing yet: row 0 is due; a step begins; a time step of a dynamic step; the run is over.
+   integer, parameter :: stage_start = 0, stage_step = 1, stage_time_step = 2, stage_over = 3
+   !> A relaxation: to the load of the increment; to a trial load; to the increment's own load after the search for its first
+   !> event; after an event; to TOLERANCE where events were chosen by a coarser one.
+   integer, parameter :: stage_increment = 4, stage_search = 5, stage_own_load = 6, stage_event = 7, stage_refine = 8
 
    type :: simulation_t
       type(model_t) :: model
@@ -45,6 +47,8 @@ module rf_simulation
       !> what the log says of the cracks that exist from the start
       character(len=:), allocatable :: cracks_note
       type(log_t) :: log
+      !> whether the run is to be left
+      type(interruption_t) :: interruption
       !> exit status, and what to tell the user if it is not 0
       integer :: status = exit_done
       character(len=:), allocatable :: message
@@ -54,54 +58,155 @@ module rf_simulation
       integer :: not_converged = 0
       real(wp) :: largest_settled = 0
       type(position_t) :: position
+      !> what comes next
+      integer, private :: stage = stage_start
       !> total time at the start of the step
       real(wp), private :: time_before = 0
-      !> events of this step; the step, or the run, is over before its last increment
-      integer, private :: step_events = 0
+      !> steps that are done; events of this step; the step, or the run, is over before its last increment
+      integer, private :: steps_done = 0, step_events = 0
       logical, private :: step_over = .false., run_over = .false.
       !> the last accepted equilibrium, and the one before it if nothing broke in between
       type(snapshot_t), private :: last, before
+      !> at the start of the increment: largest utilisation, exhausted nodes
+      real(wp), private :: utilisation_before = 0
+      integer, private :: exhausted_before = 0
+      type(search_t), private :: search
+      !> dynamic step: time steps so far; those so far, and the step time [time], when the time increment was set last
+      integer, private :: time_steps = 0, set_at = 0
+      real(wp), private :: set_time = 0
       !> STOP DROP: largest reaction of the monitor and its direction
       real(wp), private :: peak = 0, peak_direction(2) = 0
    contains
-      procedure :: run
-      procedure, private :: run_time_steps, stop_moving
-      procedure, private :: run_step, complete_step, run_increment, settle, locate_first_event, probe, go_to, relax
-      procedure, private :: one_round, one_split, split_others
-      procedure, private :: excavate, record_start, note_lost_monitors
-      procedure, private :: accept, record, apply_loads, watch_peak, watch_drop, stop_as_mechanism, stop_not_finite
-      procedure, private :: must_locate, recording_failed, stop_not_converged, record_not_converged
+      procedure :: run, is_over
+      procedure, private :: start, begin_step, end_step, next_increment, begin_increment, head_for, relax, decide
+      procedure, private :: must_locate, begin_search, try_load, after_trial, at_first_event
+      procedure, private :: accept, record, recording_failed, apply_loads, watch_peak, watch_drop
+      ! rf_events
+      procedure, private :: settle, after_event, go_on_breaking, settled, one_round, one_split, split_others
+      ! rf_dynamic_step
+      procedure, private :: begin_time_steps, one_time_step
+      ! rf_excavation
+      procedure, private :: excavate
+      ! rf_endings
+      procedure, private :: stop_as_mechanism, stop_not_finite, stop_not_converged
    end type simulation_t
 
    interface
-      !> All time steps of a dynamic step (rf_dynamic_step).
-      module subroutine run_time_steps(self, s)
+
+      !> Take the equilibrium and let everything break that fails at this load, one node at a time.
+      module subroutine settle(self)
+         class(simulation_t), intent(inout) :: self
+      end subroutine settle
+
+      !> The body has relaxed after an event, or found no rest.
+      module subroutine after_event(self, usable)
+         class(simulation_t), intent(inout) :: self
+         !> the state may be taken
+         logical, intent(in) :: usable
+      end subroutine after_event
+
+      !> Whatever fails next at this load; if nothing does, the state is settled.
+      module subroutine go_on_breaking(self)
+         class(simulation_t), intent(inout) :: self
+      end subroutine go_on_breaking
+
+      !> Nothing fails any more at this load.
+      module subroutine settled(self)
+         class(simulation_t), intent(inout) :: self
+      end subroutine settled
+
+      !> Split, the planned node alone or with others (SELECT); the relaxation at the same load comes next.
+      module subroutine one_round(self, split)
+         class(simulation_t), intent(inout) :: self
+         type(split_t), intent(in) :: split
+      end subroutine one_round
+
+      !> One split, and what is counted of it.
+      module subroutine one_split(self, split)
+         class(simulation_t), intent(inout) :: self
+         type(split_t), intent(in) :: split
+      end subroutine one_split
+
+      !> The other nodes of a round.
+      module subroutine split_others(self, others)
+         class(simulation_t), intent(inout) :: self
+         integer, intent(in) :: others(:)
+      end subroutine split_others
+
+      !> A dynamic step begins.
+      module subroutine begin_time_steps(self)
+         class(simulation_t), intent(inout) :: self
+      end subroutine begin_time_steps
+
+      !> A state of a dynamic step, and the way to the next.
+      module subroutine one_time_step(self)
+         class(simulation_t), intent(inout) :: self
+      end subroutine one_time_step
+
+      !> Take out what the step removes. What later steps say of single nodes and elements follows the new numbers.
+      module subroutine excavate(self, s)
          class(simulation_t), intent(inout) :: self
          integer, intent(in) :: s
-      end subroutine run_time_steps
+      end subroutine excavate
+
+      !> A piece that loads drive comes to no rest: the expected end under load control. The last equilibrium is the answer.
+      module subroutine stop_as_mechanism(self)
+         class(simulation_t), intent(inout) :: self
+      end subroutine stop_as_mechanism
+
+      !> The iteration limit was reached far from equilibrium.
+      module subroutine stop_not_converged(self)
+         class(simulation_t), intent(inout) :: self
+      end subroutine stop_not_converged
+
+      !> A force or velocity is not finite.
+      module subroutine stop_not_finite(self)
+         class(simulation_t), intent(inout) :: self
+      end subroutine stop_not_finite
+
    end interface
 
 contains
 
-   !> Run all steps. Everything has been read and checked.
+   !> Run, or go on, until all steps are done or somebody interrupts. Everything has been read and checked.
    subroutine run(self)
       class(simulation_t), intent(inout) :: self
-      integer :: s
-      self%model%failure%settings = self%fracture(1)
-      call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
-      call self%last%take(self%model)
-      call self%record_start()
-      do s = 1, size(self%steps)
-         if (self%run_over) exit
-         call self%run_step(s)
+      logical :: usable
+      do while (self%stage /= stage_over)
+         select case (self%stage)
+         case (stage_start)
+            call self%start()
+         case (stage_step)
+            call self%begin_step()
+         case (stage_time_step)
+            call self%one_time_step()
+         case default
+            call self%relax(usable)
+            if (self%model%relaxation%under_way) exit
+            call self%decide(usable)
+         end select
+         if (self%run_over) then
+            self%stage = stage_over
+            self%position%located = .false.
+         end if
+         if (self%interruption%asked()) exit
       end do
    end subroutine run
 
-   !> The state before the first step. What its velocities are worth is booked when the step begins.
-   subroutine record_start(self)
+   !> Whether nothing is left to do.
+   pure logical function is_over(self)
+      class(simulation_t), intent(in) :: self
+      is_over = self%stage == stage_over
+   end function is_over
+
+   !> The state before the first step: row and frame 0. What its velocities are worth is booked when the step begins.
+   subroutine start(self)
       class(simulation_t), intent(inout) :: self
       type(energy_t) :: energy
       logical, allocatable :: held(:, :)
+      self%model%failure%settings = self%fracture(1)
+      call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
+      call self%last%take(self%model)
       energy = self%model%energy
       if (self%steps(1)%dynamic) then
          allocate (held(2, self%model%mesh%n_nodes), source=.false.)
@@ -110,13 +215,14 @@ contains
       end if
       call self%record(frame_start)
       self%model%energy = energy
-   end subroutine record_start
+      self%stage = stage_step
+   end subroutine start
 
-   !> All increments of a step.
-   subroutine run_step(self, s)
+   !> The next step: its settings, what it takes out, its loads; then its first increment.
+   subroutine begin_step(self)
       class(simulation_t), intent(inout) :: self
-      integer, intent(in) :: s
-      integer :: i
+      integer :: s
+      s = self%steps_done + 1
       self%position%step = s
       self%step_over = .false.
       self%step_events = 0
@@ -129,80 +235,23 @@ contains
       call self%model%loads%begin_step(self%model%mesh, pack(self%loads, starts_with(self, s)), self%replaced(:, s), &
                                        self%model%reaction, self%model%motion%ux, self%model%motion%uy)
       call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
+      self%position%increment = 0
       if (self%steps(s)%dynamic) then
-         call self%run_time_steps(s)
-         self%time_before = self%position%time
-         return
+         call self%begin_time_steps()
+      else
+         call stop_moving(self)
+         call self%next_increment()
       end if
-      call self%stop_moving()
-      do i = 1, self%steps(s)%n_increments
-         self%position%increment = i
-         self%position%last = i == self%steps(s)%n_increments
-         call self%run_increment(real(i, wp)/self%steps(s)%n_increments)
-         if (self%step_over .or. self%run_over) exit
-      end do
-      if (self%step_over .and. .not. self%run_over) call self%complete_step()
-      self%time_before = self%position%time
-   end subroutine run_step
+   end subroutine begin_step
 
    !> A static step begins: a body that moves is stopped.
    subroutine stop_moving(self)
-      class(simulation_t), intent(inout) :: self
+      type(simulation_t), intent(inout) :: self
       if (.not. abs(self%model%energy%kinetic) > 0) return
       call self%log%line('step '//to_text(self%position%step)//' is static: the body is stopped; its kinetic energy, '// &
                          short(self%model%energy%kinetic)//', counts as damped')
       call self%model%dynamics%end_step(self%model%contact, self%model%energy)
    end subroutine stop_moving
-
-   !> Take out what the step removes. What later steps say of single nodes and elements follows the new numbers.
-   subroutine excavate(self, s)
-      class(simulation_t), intent(inout) :: self
-      integer, intent(in) :: s
-      type(renumbering_t) :: map
-      logical, allocatable :: gone(:)
-      integer :: i
-      if (.not. any(self%removals%step == s)) return
-      allocate (gone(self%model%mesh%n_elements))
-      gone = .false.
-      do i = 1, size(self%removals)
-         if (self%removals(i)%step == s) call mark_removed(self%model%mesh, self%removals, i, gone)
-      end do
-      if (.not. any(gone)) return
-      call self%model%remove(gone, .not. self%steps(s)%dynamic, map)
-      do i = 1, size(self%loads)
-         call renumber_definition(self%loads(i), map)
-      end do
-      do i = 1, size(self%removals)
-         if (self%removals(i)%entity > 0) self%removals(i)%entity = map%element_deputy(self%removals(i)%entity)
-      end do
-      call self%last%take(self%model)
-      call self%log%line('step '//to_text(s)//': '//to_text(count(gone))//' elements removed, '// &
-                         to_text(self%model%mesh%n_elements)//' are left')
-      call self%note_lost_monitors()
-   end subroutine excavate
-
-   !> Monitors whose nodes have all been removed.
-   subroutine note_lost_monitors(self)
-      class(simulation_t), intent(inout) :: self
-      integer :: i
-      associate (monitors => self%recorder%history%monitors)
-         do i = 1, size(monitors)
-            if (.not. any(ieee_is_nan(monitors(i)%force(self%model%mesh, self%model%reaction)))) cycle
-            call self%log%line('warning: all nodes of monitor '//monitors(i)%name//' have been removed: its columns are NaN '// &
-                               'from here on')
-         end do
-      end associate
-   end subroutine note_lost_monitors
-
-   !> The step ended before its last increment: what is not due of its last state, but stands for its end.
-   subroutine complete_step(self)
-      class(simulation_t), intent(inout) :: self
-      character(len=:), allocatable :: error
-      logical :: row_written
-      call self%recorder%complete(self%model, self%position, row_written, error)
-      if (row_written) call self%log%row(self%model, self%position, frame_settled, self%recorder)
-      if (self%recording_failed(error)) return
-   end subroutine complete_step
 
    !> Which loads and supports a step brings: its own; the first one also those before the steps, unless it replaces them.
    pure function starts_with(self, s) result(which)
@@ -217,88 +266,73 @@ contains
       end do
    end function starts_with
 
-   !> One increment: equilibrium at its load; where that overshoots, the first event at the load at which it happens;
-   !> then all events, one at a time, until nothing fails.
-   subroutine run_increment(self, fraction)
+   !> The step is done. One that ended before its last increment writes what was not due of its last state, but stands for
+   !> its end.
+   subroutine end_step(self)
       class(simulation_t), intent(inout) :: self
-      !> part of the step that is done at its end [-]
-      real(wp), intent(in) :: fraction
-      type(split_t) :: split
-      logical :: usable
-      real(wp) :: at_start
-      integer :: exhausted
-      do
-         at_start = self%model%failure%largest
-         exhausted = self%model%failure%n_exhausted
-         call self%go_to(fraction, usable)
-         if (.not. usable) return
-         if (.not. self%must_locate(at_start)) exit
-         call self%locate_first_event(fraction, at_start, usable)
-         if (.not. usable) return
-         call self%model%failure%plan(self%model%mesh, self%model%material, split)
-         if (split%node == 0) then
-            call self%last%restore(self%model)
-            call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
-            if (self%model%failure%n_exhausted > exhausted) cycle        ! no admissible direction there: look for the next
-            call self%go_to(fraction, usable)  ! the load cannot be found (states above the tolerance): leave it
-            if (.not. usable) return
-            exit
+      character(len=:), allocatable :: error
+      logical :: row_written
+      if (self%step_over .and. .not. self%steps(self%position%step)%dynamic) then
+         call self%recorder%complete(self%model, self%position, row_written, error)
+         if (row_written) call self%log%row(self%model, self%position, frame_settled, self%recorder)
+         if (self%recording_failed(error)) return
+      end if
+      self%time_before = self%position%time
+      self%steps_done = self%steps_done + 1
+      self%stage = stage_step
+      if (self%steps_done == size(self%steps)) self%stage = stage_over
+   end subroutine end_step
+
+   !> The next increment of the step, if there is one.
+   subroutine next_increment(self)
+      class(simulation_t), intent(inout) :: self
+      associate (n => self%steps(self%position%step)%n_increments)
+         if (self%step_over .or. self%position%increment == n) then
+            call self%end_step()
+            return
          end if
-         self%position%located = .true.
-         call self%settle()
-         self%position%located = .false.
-         if (self%run_over .or. self%step_over) return
-         call self%go_to(fraction, usable)
-         if (.not. usable) return
-         exit
-      end do
-      call self%settle()
-      if (.not. (self%run_over .or. self%step_over)) call self%watch_drop()
-   end subroutine run_increment
-
-   !> Whether the load of the increment's first event is to be found: something fails clearly at its end that did not
-   !> at its start.
-   logical function must_locate(self, at_start)
-      class(simulation_t), intent(in) :: self
-      !> largest utilisation at the increment's start
-      real(wp), intent(in) :: at_start
-      associate (settings => self%model%failure%settings)
-         must_locate = settings%on .and. settings%splitting /= splitting_none .and. settings%locate .and. at_start < 1 .and. &
-                       self%model%failure%largest > 1 + settings%overshoot
+         self%position%increment = self%position%increment + 1
+         self%position%last = self%position%increment == n
       end associate
-   end function must_locate
+      call self%begin_increment()
+   end subroutine next_increment
 
-   !> Loads at a fraction of the step, and where that is in time.
-   subroutine apply_loads(self, fraction)
+   !> To the load of the increment.
+   subroutine begin_increment(self)
       class(simulation_t), intent(inout) :: self
-      real(wp), intent(in) :: fraction
-      real(wp) :: time
-      time = fraction*self%steps(self%position%step)%total_time
-      call self%model%loads%apply(self%model%mesh, self%model%material, merge(1.0_wp, fraction, self%position%in_time), time)
-      self%position%load_factor = fraction
-      self%position%time = self%time_before + time
-   end subroutine apply_loads
+      self%utilisation_before = self%model%failure%largest
+      self%exhausted_before = self%model%failure%n_exhausted
+      call self%head_for(stage_increment)
+   end subroutine begin_increment
 
-   !> Equilibrium at a load, from where the last two equilibria point to; and a look at the criterion.
-   subroutine go_to(self, fraction, usable)
+   !> Set the increment's own load; the relaxation starts from where the last two equilibria point to.
+   subroutine head_for(self, stage)
       class(simulation_t), intent(inout) :: self
-      real(wp), intent(in) :: fraction
-      logical, intent(out) :: usable
-      call self%apply_loads(fraction)
-      if (self%before%valid) call self%before%interpolate(self%last, fraction, self%model)
-      call self%relax(self%model%relaxation%settings%tolerance, usable)
-      if (usable) call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
-   end subroutine go_to
+      !> what the relaxation is for
+      integer, intent(in) :: stage
+      self%stage = stage
+      call self%apply_loads(own_fraction(self))
+      if (self%before%valid) call self%before%interpolate(self%last, own_fraction(self), self%model)
+   end subroutine head_for
 
-   !> Relax and judge the outcome.
-   subroutine relax(self, tolerance, usable)
+   !> Part of the step that is done at the end of the increment [-].
+   pure real(wp) function own_fraction(self)
+      type(simulation_t), intent(in) :: self
+      own_fraction = real(self%position%increment, wp)/self%steps(self%position%step)%n_increments
+   end function own_fraction
+
+   !> Relax, until equilibrium or an interruption, and judge the outcome.
+   subroutine relax(self, usable)
       class(simulation_t), intent(inout) :: self
-      real(wp), intent(in) :: tolerance
       !> the state may be taken
       logical, intent(out) :: usable
-      call self%model%equilibrate(tolerance)
-      call self%recorder%count_iterations(self%model%relaxation%iterations)
       usable = .true.
+      associate (settings => self%model%relaxation%settings)
+         call self%model%equilibrate(merge(settings%event_tolerance, settings%tolerance, self%stage == stage_event), &
+                                     self%interruption)
+      end associate
+      if (self%model%relaxation%under_way) return
+      call self%recorder%count_iterations(self%model%relaxation%iterations)
       select case (self%model%relaxation%outcome)
       case (relaxed)
       case (relaxed_roughly)
@@ -317,164 +351,103 @@ contains
       end select
    end subroutine relax
 
-   !> The load at which the increment's first event happens: utilisation between 1 and 1 + OVERSHOOT, by false position
-   !> (Illinois; theory: eq. 36) between the increment's ends. Probes start from the last equilibrium and leave nothing behind.
-   subroutine locate_first_event(self, end_fraction, at_start, usable)
+   !> What comes after a relaxation.
+   subroutine decide(self, usable)
       class(simulation_t), intent(inout) :: self
-      real(wp), intent(in) :: end_fraction, at_start
-      logical, intent(out) :: usable
-      type(snapshot_t) :: beyond
-      real(wp) :: low, high, f_low, f_high, fraction, target, f
-      integer :: i, side
-      call beyond%take(self%model)
-      beyond%fraction = end_fraction
-      low = self%last%fraction
-      high = end_fraction
-      target = 1 + 0.5_wp*self%model%failure%settings%overshoot
-      f_low = at_start - target
-      f_high = self%model%failure%largest - target
-      side = 0
-      do i = 1, max_probes
-         fraction = (low*f_high - high*f_low)/(f_high - f_low)
-         if (.not. (fraction > low .and. fraction < high)) fraction = 0.5_wp*(low + high)
-         call self%probe(beyond, fraction, usable)
-         if (.not. usable) return
-         f = self%model%failure%largest - target
-         if (abs(f) <= 0.5_wp*self%model%failure%settings%overshoot) return
-         if (f > 0) then
-            high = fraction
-            f_high = f
-            if (side == 1) f_low = 0.5_wp*f_low
-            side = 1
-         else
-            low = fraction
-            f_low = f
-            if (side == -1) f_high = 0.5_wp*f_high
-            side = -1
-         end if
-         if (high - low <= 4*epsilon(1.0_wp)) exit
-      end do
-      ! the utilisation jumps over the band (the paper's criterion does): the first load at which it is above
-      call self%probe(beyond, high, usable)
-   end subroutine locate_first_event
-
-   !> Equilibrium at a load of the increment, starting on the line between its ends.
-   subroutine probe(self, beyond, fraction, usable)
-      class(simulation_t), intent(inout) :: self
-      type(snapshot_t), intent(in) :: beyond
-      real(wp), intent(in) :: fraction
-      logical, intent(out) :: usable
-      call self%last%restore(self%model)
-      call self%apply_loads(fraction)
-      call self%last%interpolate(beyond, fraction, self%model)
-      call self%relax(self%model%relaxation%settings%tolerance, usable)
-      if (usable) call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
-   end subroutine probe
-
-   !> Take the equilibrium and let everything break that fails at this load, one node at a time.
-   subroutine settle(self)
-      class(simulation_t), intent(inout) :: self
-      type(split_t) :: split
-      logical :: usable
-      call self%accept(at_event=.false.)
-      call plan_next(self, split)
-      if (split%node > 0) then
-         call self%record(frame_before_event)
-         do
-            do while (split%node > 0)
-               if (self%run_over) return
-               call self%one_round(split, usable)
-               if (.not. usable) return
-               call plan_next(self, split)
-            end do
-            associate (settings => self%model%relaxation%settings)
-               if (self%model%relaxation%residual <= settings%tolerance .or. &
-                   settings%event_tolerance <= settings%tolerance) exit
-               call self%relax(settings%tolerance, usable)      ! what is recorded is relaxed to TOLERANCE
-               if (.not. usable) return
-            end associate
-            call self%accept(at_event=.false.)
-            call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
-            call plan_next(self, split)
-            if (split%node == 0) exit
-         end do
+      !> the state may be taken; if not, the run is over
+      logical, intent(in) :: usable
+      if (self%stage == stage_event) then
+         call self%after_event(usable)
+         return
       end if
-      ! exhausted nodes are out now: what is largest must not depend on whether a frame looks everywhere
+      if (.not. usable) return
+      if (self%stage == stage_refine) call self%accept(at_event=.false.)
       call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
-      if (self%model%failure%settings%on .and. .not. self%step_over) &
-         self%largest_settled = max(self%largest_settled, self%model%failure%largest)
-      call self%record(frame_settled)
-   end subroutine settle
+      select case (self%stage)
+      case (stage_increment)
+         if (self%must_locate()) then
+            call self%begin_search()
+         else
+            call self%settle()
+         end if
+      case (stage_search)
+         call self%after_trial()
+      case (stage_own_load)
+         call self%settle()
+      case (stage_refine)
+         call self%go_on_breaking()
+      end select
+   end subroutine decide
 
-   !> The next split, or none: nothing fails, fracture is off, or the step has had its events.
-   subroutine plan_next(self, split)
-      class(simulation_t), intent(inout) :: self
-      type(split_t), intent(out) :: split
+   !> Whether the load of the increment's first event is to be found: something fails clearly at its end that did not
+   !> at its start.
+   pure logical function must_locate(self)
+      class(simulation_t), intent(in) :: self
       associate (settings => self%model%failure%settings)
-         if (.not. settings%on .or. settings%splitting == splitting_none .or. self%step_over) return
-         call self%model%failure%plan(self%model%mesh, self%model%material, split)
-         if (split%node == 0 .or. settings%max_events == 0 .or. self%step_events < settings%max_events) return
-         split%node = 0
-         self%step_over = .true.
-         call self%log%line('step '//to_text(self%position%step)//' stopped: MAX EVENTS='//to_text(settings%max_events))
+         must_locate = settings%on .and. settings%splitting /= splitting_none .and. settings%locate .and. &
+                       self%utilisation_before < 1 .and. self%model%failure%largest > 1 + settings%overshoot
       end associate
-   end subroutine plan_next
+   end function must_locate
 
-   !> Split, the planned node alone or with others (SELECT), and relax at the same load.
-   subroutine one_round(self, split, usable)
+   !> The load at which the increment's first event happens: utilisation between 1 and 1 + OVERSHOOT.
+   subroutine begin_search(self)
       class(simulation_t), intent(inout) :: self
-      type(split_t), intent(in) :: split
-      logical, intent(out) :: usable
-      integer, allocatable :: others(:)
-      character(len=:), allocatable :: error
-      call others_of_round(self%model%failure, self%model%mesh, split%node, others)      ! before anything changes
-      call self%one_split(split)
-      call self%split_others(others)
-      self%before%valid = .false.
-      call self%last%take(self%model)
-      self%last%fraction = self%position%load_factor
-      self%model%energy%released_by_event = 0
-      call self%relax(self%model%relaxation%settings%event_tolerance, usable)
-      if (self%status == exit_not_written) return
-      if (usable) then
-         call self%accept(at_event=.true.)
-         call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
-      end if
-      call self%recorder%write_events(self%model, self%position, error)        ! one that ends the run is an event too
-      if (self%recording_failed(error) .or. .not. usable) return
-      call self%record(frame_after_event)
-   end subroutine one_round
+      call self%search%begin(self%model, self%last%fraction, own_fraction(self), self%utilisation_before, &
+                             self%model%failure%settings%overshoot)
+      call self%try_load()
+   end subroutine begin_search
 
-   !> One split, and what is counted of it.
-   subroutine one_split(self, split)
+   !> Try a load of the increment: from the last equilibrium, on the line between the increment's ends. It leaves nothing
+   !> behind.
+   subroutine try_load(self)
       class(simulation_t), intent(inout) :: self
-      type(split_t), intent(in) :: split
-      call self%recorder%before_event(self%model, split)
-      call self%model%split(split, merge(1.0_wp, self%position%load_factor, self%position%in_time), &
-                            self%position%load_factor*self%steps(self%position%step)%total_time)
-      self%step_events = self%step_events + 1
-      if (split%mode == mode_tension) then
-         self%model%events_tension = self%model%events_tension + 1
+      self%stage = stage_search
+      call self%last%restore(self%model)
+      call self%apply_loads(self%search%trial)
+      call self%last%interpolate(self%search%beyond, self%search%trial, self%model)
+   end subroutine try_load
+
+   !> The load is found, or the next one is tried.
+   subroutine after_trial(self)
+      class(simulation_t), intent(inout) :: self
+      logical :: found
+      call self%search%judge(self%model%failure%largest, self%model%failure%settings%overshoot, found)
+      if (found) then
+         call self%at_first_event()
       else
-         self%model%events_shear = self%model%events_shear + 1
+         call self%try_load()
       end if
-   end subroutine one_split
+   end subroutine after_trial
 
-   !> The other nodes of a round, as long as the step may have events: each planned on the mesh that the splits before it
-   !> have left. One whose elements they changed waits for the next look.
-   subroutine split_others(self, others)
+   !> The body is in equilibrium at the load of the first event.
+   subroutine at_first_event(self)
       class(simulation_t), intent(inout) :: self
-      integer, intent(in) :: others(:)
       type(split_t) :: split
-      integer :: i
-      associate (settings => self%model%failure%settings)
-         do i = 1, size(others)
-            if (settings%max_events > 0 .and. self%step_events >= settings%max_events) exit
-            call self%model%failure%plan_at(self%model%mesh, self%model%material, others(i), split)
-            if (split%node > 0) call self%one_split(split)
-         end do
-      end associate
-   end subroutine split_others
+      call self%model%failure%plan(self%model%mesh, self%model%material, split)
+      if (split%node > 0) then
+         self%position%located = .true.
+         call self%settle()
+         return
+      end if
+      call self%last%restore(self%model)
+      call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
+      if (self%model%failure%n_exhausted > self%exhausted_before) then
+         call self%begin_increment()              ! no admissible direction there: look for the next
+      else
+         call self%head_for(stage_own_load)       ! the load cannot be found (states above the tolerance): leave it
+      end if
+   end subroutine at_first_event
+
+   !> Loads at a fraction of the step, and where that is in time.
+   subroutine apply_loads(self, fraction)
+      class(simulation_t), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      real(wp) :: time
+      time = fraction*self%steps(self%position%step)%total_time
+      call self%model%loads%apply(self%model%mesh, self%model%material, merge(1.0_wp, fraction, self%position%in_time), time)
+      self%position%load_factor = fraction
+      self%position%time = self%time_before + time
+   end subroutine apply_loads
 
    !> The equilibrium is part of the answer.
    subroutine accept(self, at_event)
@@ -539,70 +512,5 @@ contains
                          ', the reaction has fallen to '//short(dot_product(force, self%peak_direction))//' from its peak of '// &
                          short(self%peak))
    end subroutine watch_drop
-
-   !> A piece that loads drive comes to no rest: the expected end under load control. The last equilibrium is the answer.
-   subroutine stop_as_mechanism(self)
-      class(simulation_t), intent(inout) :: self
-      integer :: n
-      do n = 1, self%model%mesh%n_nodes
-         if (self%model%pieces%of_node(n) == self%model%relaxation%piece) exit
-      end do
-      call self%log%line('stopped: mechanism. Fragment '//to_text(self%model%relaxation%piece)//' (node '// &
-                         to_text(self%model%mesh%node_id(n))//') comes to no rest at load factor '// &
-                         short(self%position%load_factor)//'; the last equilibrium is kept')
-      call self%last%restore(self%model)
-      call self%apply_loads(self%last%fraction)
-      self%run_over = .true.
-      call self%record_not_converged()
-   end subroutine stop_as_mechanism
-
-   !> The iteration limit was reached far from equilibrium.
-   subroutine stop_not_converged(self)
-      class(simulation_t), intent(inout) :: self
-      self%status = exit_failed
-      self%run_over = .true.
-      associate (relaxation => self%model%relaxation)
-         self%message = 'the relaxation of step '//to_text(self%position%step)//', increment '// &
-                        to_text(self%position%increment)//' reached MAX ITERATIONS='// &
-                        to_text(relaxation%settings%max_iterations)//' with a residual of '//short(relaxation%residual)// &
-                        '; above 100 x TOLERANCE a state is not taken unless *RELAXATION says CONTINUE=YES'
-      end associate
-      call self%record_not_converged()
-   end subroutine stop_not_converged
-
-   !> The state with which a run ends that found no equilibrium: a row, a frame, a row of the log.
-   subroutine record_not_converged(self)
-      class(simulation_t), intent(inout) :: self
-      character(len=:), allocatable :: error
-      call self%recorder%state_not_converged(self%model, self%position, error)
-      if (self%recording_failed(error)) return
-      call self%log%row(self%model, self%position, frame_not_converged, self%recorder)
-   end subroutine record_not_converged
-
-   !> A force or velocity is not finite.
-   subroutine stop_not_finite(self)
-      class(simulation_t), intent(inout) :: self
-      integer :: node, element
-      self%status = exit_failed
-      self%run_over = .true.
-      node = self%model%relaxation%node
-      if (node == 0) node = most_forced_node(self%model)        ! squares overflow before their forces do
-      element = self%model%mesh%element_of(node)
-      self%message = 'a force is not a finite number at node '//to_text(self%model%mesh%node_id(node))//' (element '// &
-                     to_text(self%model%mesh%element_id(element))//'), step '//to_text(self%position%step)//', increment '// &
-                     to_text(self%position%increment)//', iteration '//to_text(self%model%relaxation%iterations)// &
-                     '; the likely cause: numbers of very different size in units, stiffness or loads'
-      call self%last%restore(self%model)
-      call self%apply_loads(self%last%fraction)
-      call self%record_not_converged()
-   end subroutine stop_not_finite
-
-   !> The node with the largest force on it.
-   pure integer function most_forced_node(model) result(node)
-      type(model_t), intent(in) :: model
-      associate (n => model%mesh%n_nodes, motion => model%motion)
-         node = maxloc(max(abs(model%loads%px(:n) - motion%fx(:n)), abs(model%loads%py(:n) - motion%fy(:n))), dim=1)
-      end associate
-   end function most_forced_node
 
 end module rf_simulation

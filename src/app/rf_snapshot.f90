@@ -21,7 +21,7 @@ module rf_snapshot
       real(wp), allocatable :: cohesive(:, :), separation(:)
       real(wp) :: b = 0.5_wp
    contains
-      procedure :: take, restore, interpolate
+      procedure :: take, restore, forget, interpolate
    end type snapshot_t
 
 contains
@@ -55,6 +55,14 @@ contains
       model%contact%cohesive%separation(:size(self%separation)) = self%separation
       model%relaxation%b = self%b
    end subroutine restore
+
+   !> The state is not needed any more.
+   subroutine forget(self)
+      class(snapshot_t), intent(inout) :: self
+      self%valid = .false.
+      if (.not. allocated(self%ux)) return
+      deallocate (self%ux, self%uy, self%reaction, self%impulse, self%cohesive, self%separation)
+   end subroutine forget
 
    !> Displacements on the line through two states, where it reaches a fraction of the step: the start of a relaxation
    !> (theory: eq. 16).

@@ -6,8 +6,8 @@ module rf_system
    implicit none
    private
    public :: is_terminal, path_exists, is_folder, is_readable, read_whole, make_folders, rename_file, remove_file, link_file, &
-      sync_file, sync_folder, real_path, host_name, environment, process_id, exit_program, catch_signals, caught_signal, &
-      refuse_large_files, read_ok, read_missing, &
+      sync_file, sync_folder, real_path, host_name, environment, process_id, exit_program, catch_signals, leave_signal, &
+      told_to_leave, told_to_save, refuse_large_files, read_ok, read_missing, &
       read_folder, read_refused, read_failed, read_too_large, largest_file
 
    !> what read_whole found
@@ -16,15 +16,17 @@ module rf_system
    integer, parameter :: largest_file = 1073741823
 
    integer(c_int), parameter :: may_exist = 0, may_read = 4
-   integer(c_int), parameter :: signal_interrupt = 2, signal_terminate = 15, signal_file_size = 25
+   !> numbers of Linux
+   integer(c_int), parameter :: signal_interrupt = 2, signal_user_1 = 10, signal_terminate = 15, signal_file_size = 25
    !> SIG_IGN of signal.h: the handler that does nothing
    integer(c_intptr_t), parameter :: ignoring = 1_c_intptr_t
    integer, parameter :: longest_path = 4096
    integer, parameter :: first_chunk = 65536
    !> permissions of a new folder, cut down by the user's mask: rwxrwxrwx
    integer(c_int), parameter :: folder_mode = 511_c_int
-   !> set by the handler, at any moment (a module variable: a handler has no other place to write to)
-   integer(c_int), volatile :: last_signal = 0
+   !> set by the handler, at any moment (module variables: a handler has no other place to write to): the signal that asks to
+   !> leave; whether one asked for a checkpoint
+   integer(c_int), volatile :: leaving = 0, checkpoint = 0
 
    interface
       function c_isatty(descriptor) bind(c, name='isatty') result(status)
@@ -336,11 +338,16 @@ contains
       call c_exit(int(status, c_int))
    end subroutine exit_program
 
-   !> From now on an interrupt (Ctrl-C) or a request to terminate is remembered instead of ending the program.
+   !> From now on SIGINT (Ctrl-C), SIGTERM and SIGUSR1 are remembered instead of ending the program. What the caller has told
+   !> the program to ignore (a shell that runs it in the background, SIGINT) stays ignored. A second SIGINT ends it at once.
    subroutine catch_signals()
+      integer(c_int), parameter :: numbers(3) = [signal_interrupt, signal_terminate, signal_user_1]
       type(c_funptr) :: old
-      old = c_signal(signal_interrupt, c_funloc(remember))
-      old = c_signal(signal_terminate, c_funloc(remember))
+      integer :: i
+      do i = 1, size(numbers)
+         old = c_signal(numbers(i), c_funloc(remember))
+         if (transfer(old, ignoring) == ignoring) old = c_signal(numbers(i), transfer(ignoring, c_null_funptr))
+      end do
    end subroutine catch_signals
 
    !> Let a write beyond the user's limit of file sizes (ulimit -f) fail with a reason, as on a full disk, and not end the program.
@@ -349,14 +356,36 @@ contains
       old = c_signal(signal_file_size, transfer(ignoring, c_null_funptr))
    end subroutine refuse_large_files
 
-   !> Number of the last signal caught; 0 if none.
-   integer function caught_signal()
-      caught_signal = int(last_signal)
-   end function caught_signal
+   !> Name of the signal that asks to leave; empty if none has come.
+   function leave_signal() result(name)
+      character(len=:), allocatable :: name
+      name = ''
+      if (leaving == 0) return
+      name = 'SIGTERM'
+      if (leaving == signal_interrupt) name = 'SIGINT'
+   end function leave_signal
 
+   !> Whether a signal has come that asks to leave. Costs nothing.
+   logical function told_to_leave()
+      told_to_leave = leaving /= 0
+   end function told_to_leave
+
+   !> Whether SIGUSR1 has come since it was asked last.
+   logical function told_to_save()
+      told_to_save = checkpoint /= 0
+      if (told_to_save) checkpoint = 0
+   end function told_to_save
+
+   !> The handler. It only remembers: at the moment of a signal the program may be anywhere, in a library too.
    subroutine remember(number) bind(c)
       integer(c_int), value :: number
-      last_signal = number
+      type(c_funptr) :: old
+      if (number == signal_user_1) then
+         checkpoint = 1
+      else
+         leaving = number
+         if (number == signal_interrupt) old = c_signal(number, c_null_funptr)      ! SIG_DFL: the next one ends the program
+      end if
    end subroutine remember
 
 end module rf_system

@@ -6,6 +6,7 @@ module rf_model
    use rf_grow, only: grow
    use rf_build, only: checked_build
    use rf_clock, only: stopwatch_t
+   use rf_interruption, only: interruption_t
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t
    use rf_renumber, only: renumbering_t, remove_from_mesh, carry
@@ -84,12 +85,16 @@ contains
       if (checked_build) call take_baseline(self%mesh, self%baseline)
    end subroutine prepare
 
-   !> Relax at the present loads.
-   subroutine equilibrate(self, tolerance)
+   !> Relax at the present loads. An interruption leaves the relaxation `under_way`.
+   subroutine equilibrate(self, tolerance, interruption)
       class(model_t), intent(inout) :: self
       !> residual relative to the scale of forces [-]
       real(wp), intent(in) :: tolerance
-      call self%relaxation%equilibrate(self%mesh, self%rows, self%contact, self%loads, self%pieces, self%motion, tolerance)
+      !> asked after each step (default: never)
+      type(interruption_t), intent(inout), optional :: interruption
+      call self%relaxation%equilibrate(self%mesh, self%rows, self%contact, self%loads, self%pieces, self%motion, tolerance, &
+                                       interruption)
+      if (self%relaxation%under_way) return
       call reaction(self%mesh, self%contact, self%loads, self%motion, self%reaction)
    end subroutine equilibrate
 

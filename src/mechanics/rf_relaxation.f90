@@ -4,6 +4,7 @@ module rf_relaxation
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use rf_kinds, only: wp, i8
    use rf_clock, only: stopwatch_t
+   use rf_interruption, only: interruption_t
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
    use rf_rows, only: rows_t
@@ -57,8 +58,25 @@ module rf_relaxation
       real(wp) :: factor = 1
    end type relaxation_settings_t
 
+   !> What goes from one step of a relaxation to the next, beside the motion itself.
+   type :: progress_t
+      !> damping coefficient of the next step [-]; it starts from rest
+      real(wp) :: c = 0
+      logical :: at_rest = .true.
+      !> VISCOUS: Rayleigh quotient of the slow motion, smoothed over the steps [-]
+      real(wp) :: lowest = 0
+      !> KINETIC: kinetic energy in the last step (any unit)
+      real(wp) :: kinetic_before = 0
+      !> scale of the loads, largest force in any step [force]
+      real(wp) :: applied = 0, largest = 0
+      !> displacements at the start [length], (nodes)
+      real(wp), allocatable :: start_x(:), start_y(:)
+   end type progress_t
+
    type :: relaxation_t
       type(relaxation_settings_t) :: settings
+      !> a relaxation has been left after one of its steps; `equilibrate` goes on with it
+      logical :: under_way = .false.
       !> of the last relaxation: steps, |r|/scale, outcome
       integer :: iterations = 0, outcome = relaxed
       real(wp) :: residual = 0
@@ -74,16 +92,17 @@ module rf_relaxation
       type(stopwatch_t) :: contact_watch
       !> damping coefficient of VISCOUS once known [-]
       real(wp), private :: viscous = -1
+      type(progress_t), private :: now
       !> per node: its residual counts; its motion enters the damping; its residual is summed by the step kernel (not by
       !> contact); part of the velocity that it keeps in a step
       real(wp), allocatable, private :: counted(:), paced(:), measured(:), keep(:)
       real(wp), allocatable, private :: partial(:, :)
-      logical, allocatable, private :: special(:)
+      logical, allocatable, private :: special(:), touching(:)
       !> velocities of this step and of the last one, (node, step, direction); KINETIC damping only
       real(wp), allocatable, private :: velocity(:, :, :)
    contains
       procedure :: begin_step, equilibrate
-      procedure, private :: prepare_masks, step, sum_up, next_damping, judge_failure, return_to_peak, keep_velocities
+      procedure, private :: start, prepare_masks, step, sum_up, next_damping, judge_failure, return_to_peak, keep_velocities
    end type relaxation_t
 
 contains
@@ -96,8 +115,9 @@ contains
       self%viscous = -1
    end subroutine begin_step
 
-   !> Relax to equilibrium at the present loads, starting from the present displacements at rest (theory: eqs. 7 to 13).
-   subroutine equilibrate(self, mesh, rows, contact, loads, pieces, motion, tolerance)
+   !> Relax to equilibrium at the present loads, starting from the present displacements at rest (theory: eqs. 7 to 13). An
+   !> interruption ends it after any step, `under_way`; called again it goes on from there with the same bits.
+   subroutine equilibrate(self, mesh, rows, contact, loads, pieces, motion, tolerance, interruption)
       class(relaxation_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(rows_t), intent(in) :: rows
@@ -107,93 +127,120 @@ contains
       type(motion_t), intent(inout) :: motion
       !> residual relative to the scale of forces at which the state is taken [-]
       real(wp), intent(in) :: tolerance
-      real(wp) :: sums(n_sums), applied, largest, scale, c, lowest, kinetic_before
+      !> asked after each step (default: never)
+      type(interruption_t), intent(inout), optional :: interruption
+      real(wp) :: sums(n_sums), scale
       integer(i8) :: ticks(2), rate
-      real(wp), allocatable :: start_x(:), start_y(:)
-      logical :: at_rest
+      integer :: done
 
       call system_clock(ticks(1), rate)
-      call contact%weigh(rows%inverse_mass, loads%free_x, loads%free_y)
-      call pieces%look_at_loads(loads, contact%bonds())
-      call self%prepare_masks(mesh, rows, contact, loads, pieces, motion)
-      start_x = motion%ux(:mesh%n_nodes)
-      start_y = motion%uy(:mesh%n_nodes)
-      applied = loads%scale(mesh%n_nodes)
+      if (.not. self%under_way) then
+         call contact%weigh(rows%inverse_mass, loads%free_x, loads%free_y)
+         call pieces%look_at_loads(loads, contact%bonds())
+         call self%start(mesh, loads, motion)
+      end if
+      call self%prepare_masks(mesh, rows, contact, loads, pieces)
+      call contact%arrange(mesh%n_nodes, rows%inverse_mass, loads%free_x, loads%free_y, self%counted)
+      self%under_way = .false.
+      done = self%iterations
       scale = 0
-      largest = 0
-      c = 0
-      lowest = 0
-      kinetic_before = 0
-      at_rest = .true.
-      self%iterations = 0
       do
          if (self%settings%damping == damping_kinetic) call self%keep_velocities(motion, mesh%n_nodes)
-         call self%step(mesh, rows, contact, loads, motion, c, at_rest, tolerance)
+         call self%step(mesh, rows, contact, loads, motion, tolerance)
          call self%sum_up(rows, contact, sums)
          if (.not. ieee_is_finite(sum(sums))) exit
-         largest = max(largest, sqrt(sums(sum_residual) + sums(sum_reaction)))
-         scale = max(applied, sqrt(sums(sum_reaction)), scale_memory*self%largest_scale, round_off*largest/tolerance)
+         self%now%largest = max(self%now%largest, sqrt(sums(sum_residual) + sums(sum_reaction)))
+         scale = max(self%now%applied, sqrt(sums(sum_reaction)), scale_memory*self%largest_scale, &
+                     round_off*self%now%largest/tolerance)
          if (sqrt(sums(sum_residual)) <= tolerance*scale) exit
          if (self%iterations >= self%settings%max_iterations) exit
-         call self%next_damping(sums, sqrt(sums(sum_residual)) > viscous_look*tolerance*scale, lowest, c)
-         at_rest = self%settings%damping == damping_kinetic .and. sums(sum_kinetic) < kinetic_before
-         kinetic_before = sums(sum_kinetic)
+         call self%next_damping(sums, sqrt(sums(sum_residual)) > viscous_look*tolerance*scale)
+         self%now%at_rest = self%settings%damping == damping_kinetic .and. sums(sum_kinetic) < self%now%kinetic_before
+         self%now%kinetic_before = sums(sum_kinetic)
          self%iterations = self%iterations + 1
-         if (at_rest) then
+         if (self%now%at_rest) then
             call self%return_to_peak(motion, mesh%n_nodes)
-            kinetic_before = 0
-            cycle
+            self%now%kinetic_before = 0
+         else
+            call motion%advance()
          end if
-         call motion%advance()
+         if (present(interruption)) self%under_way = interruption%asked()
+         if (self%under_way) exit
       end do
+      call contact%sum_forces(self%b)
       call system_clock(ticks(2))
       self%seconds = self%seconds + real(ticks(2) - ticks(1), wp)/real(rate, wp)
-      self%element_updates = self%element_updates + real(self%iterations + 1, wp)*mesh%n_elements
-      call self%judge_failure(mesh, loads, pieces, motion, sums, scale, tolerance, start_x, start_y)
+      done = self%iterations - done
+      if (.not. self%under_way) done = done + 1      ! the step that ends it moves nothing
+      self%element_updates = self%element_updates + real(done, wp)*mesh%n_elements
+      if (.not. self%under_way) call self%judge_failure(mesh, loads, pieces, motion, sums, scale, tolerance)
    end subroutine equilibrate
 
+   !> A relaxation begins: the body is at rest, supports are where they have to be.
+   subroutine start(self, mesh, loads, motion)
+      class(relaxation_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(loads_t), intent(in) :: loads
+      type(motion_t), intent(inout) :: motion
+      integer :: n
+      call motion%reserve(mesh%n_nodes)
+      do n = 1, mesh%n_nodes
+         motion%vx(n) = 0
+         motion%vy(n) = 0
+         if (loads%is_held(1, n)) motion%ux(n) = loads%cx(n)
+         if (loads%is_held(2, n)) motion%uy(n) = loads%cy(n)
+      end do
+      self%now%c = 0
+      self%now%at_rest = .true.
+      self%now%lowest = 0
+      self%now%kinetic_before = 0
+      self%now%applied = loads%scale(mesh%n_nodes)
+      self%now%largest = 0
+      self%now%start_x = motion%ux(:mesh%n_nodes)
+      self%now%start_y = motion%uy(:mesh%n_nodes)
+      self%iterations = 0
+   end subroutine start
+
    !> One step: forces and update of all nodes, then contact.
-   subroutine step(self, mesh, rows, contact, loads, motion, c, at_rest, tolerance)
+   subroutine step(self, mesh, rows, contact, loads, motion, tolerance)
       class(relaxation_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(rows_t), intent(in) :: rows
       type(contact_t), intent(inout) :: contact
       type(loads_t), intent(in) :: loads
       type(motion_t), intent(inout) :: motion
-      !> damping coefficient [-]; the step starts from rest
-      real(wp), intent(in) :: c
-      logical, intent(in) :: at_rest
       real(wp), intent(in) :: tolerance
-      real(wp) :: a, b, local
+      real(wp) :: a, b, local, warm
       local = 0
-      a = (2 - c)/(2 + c)
-      b = 2/(2 + c)
+      a = (2 - self%now%c)/(2 + self%now%c)
+      b = 2/(2 + self%now%c)
       if (self%settings%damping == damping_local) then    ! stable with twice the mass only
          local = self%settings%factor
          b = 0.5_wp*b
       end if
-      if (at_rest) then
+      if (self%now%at_rest) then
          a = 0
          b = merge(0.25_wp, 0.5_wp, self%settings%damping == damping_local)
       end if
+      warm = merge(b/self%b, 0.0_wp, self%iterations > 0)      ! the same forces as in the step before
       self%b = b
-      call relaxation_step(mesh%n_nodes, rows%n_blocks, rows%first, rows%count, self%special, rows%slice, &
+      call relaxation_step(mesh%n_nodes, rows%n_blocks, rows%first, rows%count, self%special, self%touching, rows%slice, &
                            rows%order, rows%column, rows%kxx, rows%kxy, rows%kyx, rows%kyy, a, b, local, &
                            motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, motion%fx, motion%fy, &
                            loads%px, loads%py, rows%inverse_mass, loads%free_x, loads%free_y, self%paced, self%measured, &
-                           self%keep, motion%rx, motion%ry, self%partial)
+                           self%keep, self%partial)
       if (contact%n_pairs == 0) return
       call self%contact_watch%start()
-      call contact_step(contact%n_groups, contact%group_pair, contact%group_node, contact%node, contact%pair_node, &
-                        contact%normal, contact%normal_weight, contact%tangent_weight, contact%friction, &
-                        contact%cohesive_force, contact%slip_reference, contact%gap_reference, contact%cohesive%bonded, &
-                        contact%cohesive%rigid, &
-                        contact%cohesive%cap, contact%cohesive%critical, contact%cohesive%damage, &
-                        min(contact_tolerance, contact_fraction*tolerance), b, self%counted, rows%inverse_mass, &
-                        loads%free_x, loads%free_y, motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, &
-                        motion%rx, motion%ry, contact%impulse, contact%cohesive%impulse, contact%cohesive%separation, &
-                        contact%force, contact%partial)
-      if (at_rest) call contact%cohesive%release(contact%n_pairs)
+      call contact_step(contact%n_blocks, contact%block_lone, contact%block_group, contact%ordinary, contact%group_pair, &
+                        contact%group_node, contact%node, contact%pair_node, contact%normal, contact%weight, contact%gain, &
+                        contact%friction, contact%cohesive_force, contact%slip_reference, contact%gap_reference, &
+                        contact%cohesive%bonded, contact%cohesive%rigid, contact%cohesive%cap, contact%cohesive%critical, &
+                        contact%cohesive%damage, contact%mobility, contact%counted, &
+                        min(contact_tolerance, contact_fraction*tolerance), warm, b, loads%free_x, loads%free_y, loads%px, &
+                        loads%py, motion%fx, motion%fy, motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, &
+                        contact%impulse, contact%cohesive%impulse, contact%cohesive%separation, contact%force, contact%jump, &
+                        contact%kick, contact%partial)
+      if (self%now%at_rest) call contact%cohesive%release(contact%n_pairs)
       call self%contact_watch%stop()
    end subroutine step
 
@@ -226,72 +273,72 @@ contains
       self%velocity(:, 1, 2) = motion%vy(:n)
    end subroutine keep_velocities
 
-   !> Sums over blocks and contact groups, in their order.
+   !> Sums over blocks, of all nodes and then of contact nodes, in their order.
    subroutine sum_up(self, rows, contact, sums)
       class(relaxation_t), intent(in) :: self
       type(rows_t), intent(in) :: rows
       type(contact_t), intent(in) :: contact
       real(wp), intent(out) :: sums(n_sums)
-      integer :: b, g
+      integer :: b
       sums = 0
       do b = 1, rows%n_blocks
          sums = sums + self%partial(:, b)
       end do
-      do g = 1, contact%n_groups
-         sums(sum_residual) = sums(sum_residual) + contact%partial(1, g)
-         sums(sum_reaction) = sums(sum_reaction) + contact%partial(2, g)
+      if (contact%n_pairs == 0) return
+      do b = 1, contact%n_blocks
+         sums(sum_residual) = sums(sum_residual) + contact%partial(1, b)
+         sums(sum_reaction) = sums(sum_reaction) + contact%partial(2, b)
       end do
    end subroutine sum_up
 
    !> Damping coefficient of the next step (theory: eq. 11).
-   subroutine next_damping(self, sums, far, lowest, c)
+   subroutine next_damping(self, sums, far)
       class(relaxation_t), intent(inout) :: self
       real(wp), intent(in) :: sums(n_sums)
       !> the residual is still far above the tolerance
       logical, intent(in) :: far
-      !> Rayleigh quotient of this relaxation's slow motion, smoothed over the steps [-]
-      real(wp), intent(inout) :: lowest
-      real(wp), intent(inout) :: c
       real(wp) :: quotient
       quotient = 0
       if (sums(sum_kinetic) > 0) quotient = max(0.0_wp, sums(sum_curvature)/sums(sum_kinetic))
-      select case (self%settings%damping)
-      case (damping_adaptive)
-         c = min(largest_damping, 2*sqrt(quotient))
-      case (damping_viscous)
-         ! adaptive until the residual has come down, then the fraction of critical of the slow motion that is left
-         if (self%viscous < 0) then
-            c = min(largest_damping, 2*sqrt(quotient))
-            lowest = lowest + viscous_smoothing*(quotient - lowest)
-            if (.not. far .and. self%iterations >= viscous_steps) &
-               self%viscous = min(largest_damping, self%settings%factor*2*sqrt(lowest))
-         else
-            c = self%viscous
-         end if
-      case default
-         c = 0
-      end select
+      associate (now => self%now)
+         select case (self%settings%damping)
+         case (damping_adaptive)
+            now%c = min(largest_damping, 2*sqrt(quotient))
+         case (damping_viscous)
+            ! adaptive until the residual has come down, then the fraction of critical of the slow motion that is left
+            if (self%viscous < 0) then
+               now%c = min(largest_damping, 2*sqrt(quotient))
+               now%lowest = now%lowest + viscous_smoothing*(quotient - now%lowest)
+               if (.not. far .and. self%iterations >= viscous_steps) &
+                  self%viscous = min(largest_damping, self%settings%factor*2*sqrt(now%lowest))
+            else
+               now%c = self%viscous
+            end if
+         case default
+            now%c = 0
+         end select
+      end associate
    end subroutine next_damping
 
-   !> What the kernel must know of each node: supports, contact, loose pieces. Prescribed displacements are set.
-   subroutine prepare_masks(self, mesh, rows, contact, loads, pieces, motion)
+   !> What the kernel must know of each node: supports, contact, loose pieces.
+   subroutine prepare_masks(self, mesh, rows, contact, loads, pieces)
       class(relaxation_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(rows_t), intent(in) :: rows
       type(contact_t), intent(in) :: contact
       type(loads_t), intent(in) :: loads
       type(pieces_t), intent(in) :: pieces
-      type(motion_t), intent(inout) :: motion
       integer :: n, b
       logical :: loose, slides
-      call motion%reserve(mesh%n_nodes)
       call grow(self%counted, mesh%n_nodes)
       call grow(self%paced, mesh%n_nodes)
       call grow(self%measured, mesh%n_nodes)
       call grow(self%keep, mesh%n_nodes)
       call grow(self%partial, rows%n_blocks, n_sums)
       call grow(self%special, rows%n_blocks)
+      call grow(self%touching, rows%n_blocks)
       self%special = self%settings%damping == damping_local
+      self%touching = .false.
       do n = 1, mesh%n_nodes
          b = (n - 1)/block_size + 1
          loose = .not. (pieces%supported(pieces%of_node(n)) .or. pieces%loaded(pieces%of_node(n)))
@@ -300,28 +347,22 @@ contains
          slides = pieces%slides(pieces%of_node(n)) .and. .not. pieces%loaded(pieces%of_node(n))
          self%paced(n) = merge(0.0_wp, 1.0_wp, loose .or. slides)
          self%keep(n) = merge(loose_keep, 1.0_wp, loose .or. slides)
-         motion%vx(n) = 0
-         motion%vy(n) = 0
-         if (loads%is_held(1, n)) motion%ux(n) = loads%cx(n)
-         if (loads%is_held(2, n)) motion%uy(n) = loads%cy(n)
          if (loose .or. slides .or. loads%is_held(1, n) .or. loads%is_held(2, n)) self%special(b) = .true.
       end do
       do n = 1, contact%n_nodes
          self%measured(contact%node(n)) = 0
-         self%special((contact%node(n) - 1)/block_size + 1) = .true.
+         self%touching((contact%node(n) - 1)/block_size + 1) = .true.
       end do
    end subroutine prepare_masks
 
    !> Decide how the relaxation ended (theory: eqs. 12 and 15).
-   subroutine judge_failure(self, mesh, loads, pieces, motion, sums, scale, tolerance, start_x, start_y)
+   subroutine judge_failure(self, mesh, loads, pieces, motion, sums, scale, tolerance)
       class(relaxation_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(loads_t), intent(in) :: loads
       type(pieces_t), intent(in) :: pieces
       type(motion_t), intent(in) :: motion
       real(wp), intent(in) :: sums(n_sums), scale, tolerance
-      !> displacements at the start [length], (nodes)
-      real(wp), intent(in) :: start_x(:), start_y(:)
       integer :: n
       self%piece = 0
       self%node = 0
@@ -344,7 +385,7 @@ contains
       end if
       self%outcome = relaxation_failed
       if (self%residual <= rough_factor*tolerance) self%outcome = relaxed_roughly
-      self%piece = runaway_piece(mesh, loads, pieces, motion, start_x, start_y)
+      self%piece = runaway_piece(mesh, loads, pieces, motion, self%now%start_x, self%now%start_y)
       if (self%piece > 0) self%outcome = relaxation_mechanism
    end subroutine judge_failure
 
@@ -354,6 +395,7 @@ contains
       type(loads_t), intent(in) :: loads
       type(pieces_t), intent(in) :: pieces
       type(motion_t), intent(in) :: motion
+      !> displacements at the start [length], (nodes)
       real(wp), intent(in) :: start_x(:), start_y(:)
       real(wp), allocatable :: movement(:, :)
       integer, allocatable :: nodes(:), held(:, :)
