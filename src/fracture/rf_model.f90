@@ -81,6 +81,7 @@ contains
       call self%energy%prepare(self%loads, self%mesh%n_nodes)
       call self%dynamics%prepare(self%mesh%n_nodes)
       call self%dynamics%adopt(self%changes)
+      call self%failure%prepare(self%mesh, self%material)
       allocate (self%reaction(2, self%mesh%n_nodes), source=0.0_wp)
       if (checked_build) call take_baseline(self%mesh, self%baseline)
    end subroutine prepare
@@ -164,7 +165,7 @@ contains
       call self%contact%rebuild(self%mesh, self%material, self%motion, self%changes)
       call self%pieces%follow(self%mesh, self%changes)
       call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
-      call self%failure%adopt(self%mesh, self%material, self%changes)
+      call self%failure%adopt(self%mesh, self%changes)
       call self%failure%shield(self%mesh, self%contact%bonds())
       call self%failure%aim(self%mesh, self%events, self%mesh%x(:, plan%node), plan%direction)
       call self%watch%stop()
@@ -217,7 +218,7 @@ contains
       call self%rows%build(self%mesh, self%material)
       call self%contact%rebuild(self%mesh, self%material, self%motion, self%changes)
       call self%pieces%find(self%mesh)
-      call self%failure%adopt(self%mesh, self%material, self%changes)
+      call self%failure%adopt(self%mesh, self%changes)
       call self%failure%shield(self%mesh, self%contact%bonds())
       if (self%changes%n_nodes > 0) call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
    end subroutine follow_parted

@@ -264,7 +264,7 @@ contains
             e = mesh%segment_element(side, s)
             associate (section => material%section(mesh%section(e)))
                energy = min(energy, section%fracture_energy)
-               if (all(section%strength > 0)) strength = min(strength, section%strength*material%strength_factor(e))
+               if (all(section%strength > 0)) strength = min(strength, section%strength*material%strength_of(e))
             end associate
          end do
          if (.not. all(energy > 0) .or. all(strength >= huge(1.0_wp))) return

@@ -223,7 +223,7 @@ contains
       call gradients(mesh%x(:, mesh%connectivity(:, element)), g, area)
       c = corner_of(mesh, element, node)
       s = mesh%section(element)
-      factor = area*material%section(s)%thickness*material%stiffness_factor(element)
+      factor = area*material%section(s)%thickness*material%stiffness_of(element)
       own = 0
       do other = 1, 3
          if (other == c) cycle

@@ -281,7 +281,7 @@ contains
       integer, allocatable, intent(inout) :: elements(:)
       !> how many there are
       integer, intent(out) :: n
-      integer :: start, e
+      integer :: e, start
       n = 0
       if (mesh%hinge(node)) then
          do e = 1, mesh%n_elements
@@ -289,19 +289,36 @@ contains
          end do
          return
       end if
-      start = first_of_fan(mesh, node)
-      e = start
-      do
-         call append()
-         e = turn(mesh, e, node, previous_corner)
-         if (e == 0 .or. e == start) exit
-      end do
+      start = mesh%element_of(node)
+      call walk()
+      if (e /= 0) return
+      start = first_of_fan(mesh, node)      ! an open fan
+      if (start == elements(1)) return
+      n = 0
+      call walk()
 
    contains
 
+      !> Counter-clockwise from the start until the fan ends or closes.
+      subroutine walk()
+         integer :: k
+         e = start
+         k = corner_of(mesh, e, node)
+         do
+            call append()
+            e = mesh%neighbour(previous_corner(k), e)
+            if (e == 0 .or. e == start) exit
+            k = corner_of(mesh, e, node)
+            if (k > 0) cycle
+            e = 0
+            exit
+         end do
+      end subroutine walk
+
       subroutine append()
          n = n + 1
-         call grow(elements, n)
+         if (.not. allocated(elements)) allocate (elements(8))
+         if (n > size(elements)) call grow(elements, n)
          elements(n) = e
       end subroutine append
 
