@@ -296,12 +296,17 @@ contains
    end subroutine close_file
 
    !> Close and delete the file, if this run made it; errors do not matter any more.
-   subroutine discard(this)
+   subroutine discard(this, keep)
       class(text_file_t), intent(inout) :: this
+      !> leave the file as it is instead of deleting it (default: no)
+      logical, intent(in), optional :: keep
+      logical :: kept
       logical :: gone
       integer(c_int) :: status
       if (this%opened) status = c_fclose(this%stream)
-      if (allocated(this%path) .and. this%opened) gone = remove_file(this%path)
+      kept = .false.
+      if (present(keep)) kept = keep
+      if (allocated(this%path) .and. this%opened .and. .not. kept) gone = remove_file(this%path)
       this%opened = .false.
    end subroutine discard
 

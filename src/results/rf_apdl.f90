@@ -293,8 +293,10 @@ contains
    end subroutine close_file
 
    !> Close and delete the file, if this run made it.
-   subroutine discard(this)
+   subroutine discard(this, keep)
       class(apdl_t), intent(inout) :: this
-      call this%file%discard()
+      !> leave the files as they are instead of deleting them (default: no)
+      logical, intent(in), optional :: keep
+      call this%file%discard(keep)
    end subroutine discard
 end module rf_apdl

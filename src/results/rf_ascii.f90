@@ -132,9 +132,11 @@ contains
    end subroutine close_csv
 
    !> Close and delete.
-   subroutine discard_csv(this)
+   subroutine discard_csv(this, keep)
       class(csv_t), intent(inout) :: this
-      call this%file%discard()
+      !> leave the files as they are instead of deleting them (default: no)
+      logical, intent(in), optional :: keep
+      call this%file%discard(keep)
    end subroutine discard_csv
 
    !> Make JOB.dat; an existing one is replaced.
@@ -266,8 +268,10 @@ contains
    end subroutine close_dat
 
    !> Close and delete.
-   subroutine discard_dat(this)
+   subroutine discard_dat(this, keep)
       class(dat_t), intent(inout) :: this
-      call this%file%discard()
+      !> leave the files as they are instead of deleting them (default: no)
+      logical, intent(in), optional :: keep
+      call this%file%discard(keep)
    end subroutine discard_dat
 end module rf_ascii

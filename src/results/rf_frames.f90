@@ -318,11 +318,13 @@ contains
       if (.not. allocated(error) .and. allocated(later)) error = later
    end subroutine close_files
 
-   subroutine discard(self)
+   subroutine discard(self, keep)
       class(frames_t), intent(inout) :: self
-      if (self%vtkhdf) call self%mesh_file%discard()
-      if (self%vtkhdf) call self%crack_file%discard()
-      if (self%apdl) call self%apdl_file%discard()
+      !> leave the files as they are instead of deleting them (default: no)
+      logical, intent(in), optional :: keep
+      if (self%vtkhdf) call self%mesh_file%discard(keep)
+      if (self%vtkhdf) call self%crack_file%discard(keep)
+      if (self%apdl) call self%apdl_file%discard(keep)
    end subroutine discard
 
 end module rf_frames

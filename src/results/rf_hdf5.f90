@@ -268,12 +268,15 @@ contains
 
    !> Close and delete what `create` made; errors do not matter any more. HDF5 does not close what it cannot write (full disk, limit
    !> of file sizes), and crashes when asked twice, so first all that it still wants to write is sent to memory.
-   subroutine discard(this)
+   subroutine discard(this, keep)
       class(hdf5_file_t), intent(inout) :: this
+      !> leave the file as it is instead of deleting it (default: no)
+      logical, intent(in), optional :: keep
       character(len=:), allocatable :: ignored
       logical :: gone
       if (this%is_open()) call redirect_to_memory(this%id)
       call this%close(ignored)
+      if (present(keep)) this%made_here = this%made_here .and. .not. keep
       if (this%made_here) gone = remove_file(this%path)
       this%made_here = .false.
    end subroutine discard

@@ -435,10 +435,12 @@ contains
       if (.not. allocated(error) .and. allocated(second)) call move_alloc(second, error)
    end subroutine close_tables
 
-   subroutine discard(self)
+   subroutine discard(self, keep)
       class(history_t), intent(inout) :: self
-      call self%history%discard()
-      call self%events%discard()
+      !> leave the files as they are instead of deleting them (default: no)
+      logical, intent(in), optional :: keep
+      call self%history%discard(keep)
+      call self%events%discard(keep)
    end subroutine discard
 
 end module rf_history

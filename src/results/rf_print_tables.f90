@@ -214,9 +214,11 @@ contains
       self%open = .false.
    end subroutine close_file
 
-   subroutine discard(self)
+   subroutine discard(self, keep)
       class(print_tables_t), intent(inout) :: self
-      if (self%open) call self%file%discard()
+      !> leave the files as they are instead of deleting them (default: no)
+      logical, intent(in), optional :: keep
+      if (self%open) call self%file%discard(keep)
       self%open = .false.
    end subroutine discard
 

@@ -149,8 +149,8 @@ contains
    !> Delete an earlier result set of this name: what the new run does not write must not stay beside what it writes.
    subroutine remove_old(prefix)
       character(len=*), intent(in) :: prefix
-      character(len=14), parameter :: endings(7) = [character(len=14) :: '.h5', '_history.csv', '_events.csv', '.vtkhdf', &
-                                                    '_cracks.vtkhdf', '.mac', '.dat']
+      character(len=14), parameter :: endings(9) = [character(len=14) :: '.h5', '_history.csv', '_events.csv', '.vtkhdf', &
+                                                    '_cracks.vtkhdf', '.mac', '.dat', '.rst.h5', '.rst.1.h5']
       integer :: i
       do i = 1, size(endings)
          if (.not. path_exists(prefix//trim(endings(i))) .or. is_folder(prefix//trim(endings(i)))) cycle
@@ -359,17 +359,19 @@ contains
       force = self%history%monitors(m)%force(model%mesh, model%reaction)
    end function monitor_reaction
 
-   !> Write what is owed of the last state, the end of the provenance, and close all files.
-   subroutine finish(self, model, position, wall_time, exit_status, error)
+   !> Write what is owed of the last state, unless the run goes on later, the end of the provenance, and close all files.
+   subroutine finish(self, model, position, wall_time, exit_status, interrupted, error)
       class(recorder_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
       type(position_t), intent(in) :: position
       !> [s]
       real(wp), intent(in) :: wall_time
       integer, intent(in) :: exit_status
+      !> the run is to go on from a checkpoint
+      logical, intent(in) :: interrupted
       character(len=:), allocatable, intent(out) :: error
       logical :: row_written
-      call self%complete(model, position, row_written, error)
+      if (.not. interrupted) call self%complete(model, position, row_written, error)
       call self%watch%start()
       if (.not. allocated(error)) call self%history%close(error)
       if (.not. allocated(error)) call self%file%end_swmr(error)
@@ -381,13 +383,15 @@ contains
       call self%watch%stop()
    end subroutine finish
 
-   !> Close and delete all files of this run.
-   subroutine discard(self)
+   !> Close and delete all files of this run, or leave them as they are.
+   subroutine discard(self, keep)
       class(recorder_t), intent(inout) :: self
-      call self%history%discard()
-      call self%file%discard()
-      call self%frames%discard()
-      call self%tables%discard()
+      !> there is a checkpoint, from which the run can go on with these files (default: no)
+      logical, intent(in), optional :: keep
+      call self%history%discard(keep)
+      call self%file%discard(keep)
+      call self%frames%discard(keep)
+      call self%tables%discard(keep)
    end subroutine discard
 
    !> Digests of the final displacements and of the topology, in the order of the output.

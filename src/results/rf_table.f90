@@ -264,14 +264,16 @@ contains
    end subroutine close_table
 
    !> Close, and delete the CSV file.
-   subroutine discard(this)
+   subroutine discard(this, keep)
       class(table_t), intent(inout) :: this
+      !> leave the files as they are instead of deleting them (default: no)
+      logical, intent(in), optional :: keep
       integer :: i
       if (allocated(this%series)) then
          do i = 1, size(this%series)
             call this%series(i)%close()
          end do
       end if
-      call this%csv%discard()
+      call this%csv%discard(keep)
    end subroutine discard
 end module rf_table

@@ -659,10 +659,12 @@ contains
    end subroutine close_series
 
    !> Close and delete the file, if this run made it.
-   subroutine discard(this)
+   subroutine discard(this, keep)
       class(vtkhdf_file_t), intent(inout) :: this
+      !> leave the files as they are instead of deleting them (default: no)
+      logical, intent(in), optional :: keep
       if (allocated(this%point_fields)) call close_series(this)
-      call this%file%discard()
+      call this%file%discard(keep)
    end subroutine discard
 
    !> Frames that are finished.
