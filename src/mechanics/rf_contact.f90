@@ -2,6 +2,7 @@
 !> Katona 1983). Here the pairs are found from the cracked edges and kept over splits; rf_contact_k finds the impulses.
 module rf_contact
    use rf_kinds, only: wp, i8
+   use rf_archive, only: archive_t
    use rf_disjoint, only: singletons, find_root, unite
    use rf_grow, only: grow
    use rf_sort, only: sorted_order
@@ -78,7 +79,16 @@ module rf_contact
    contains
       procedure :: rebuild, renumber, node_force, weigh, find_pair, gap, slip, opening, settle, follow_overlap, traction, state
       procedure :: arrange, sum_forces, bonds, softens
+      procedure :: exchange
    end type contact_t
+
+   interface
+      !> To or from a checkpoint.
+      module subroutine exchange(self, archive)
+         class(contact_t), intent(inout) :: self
+         class(archive_t), intent(inout) :: archive
+      end subroutine exchange
+   end interface
 
 contains
 
@@ -280,7 +290,7 @@ contains
             e = mesh%segment_element(side, s)
             associate (section => material%section(mesh%section(e)))
                energy = min(energy, section%fracture_energy)
-               if (all(section%strength > 0)) strength = min(strength, section%strength*material%strength_factor(e))
+               if (all(section%strength > 0)) strength = min(strength, section%strength*material%strength_of(e))
             end associate
          end do
          if (.not. all(energy > 0) .or. all(strength >= huge(1.0_wp))) return

@@ -3,6 +3,7 @@
 module rf_dynamics
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t
@@ -61,7 +62,16 @@ module rf_dynamics
       procedure :: adopt, renumber
       procedure :: kinetic_energy_before, book_loads, not_finite, add_moving, show_initial
       procedure, private :: find_moving, set_factors, drive, find_moving_forces, book_half, prepare_masks, book_change
+      procedure :: exchange
    end type dynamics_t
+
+   interface
+      !> To or from a checkpoint.
+      module subroutine exchange(self, archive)
+         class(dynamics_t), intent(inout) :: self
+         class(archive_t), intent(inout) :: archive
+      end subroutine exchange
+   end interface
 
 contains
 

@@ -240,7 +240,7 @@ contains
          model%motion%ux(n) = 1.0e-4_wp*model%mesh%x(1, n)
          model%motion%uy(n) = 0
       end do
-      call put('look_uniform', best_look())
+      if (word(4) /= 'bend') call put('look_uniform', best_look())
    end subroutine measure_look
 
    real(wp) function best_look() result(best)
@@ -313,7 +313,7 @@ contains
       t(8) = monotonic_time()
       call model%energy%adopt(model%changes, model%loads, model%mesh%n_nodes)
       t(9) = monotonic_time()
-      call model%failure%adopt(model%mesh, model%material, model%changes)
+      call model%failure%adopt(model%mesh, model%changes)
       t(10) = monotonic_time()
       seconds = t(1:) - t(:9)
    end subroutine split_by_items
