@@ -179,7 +179,7 @@ contains
       character(len=:), allocatable, intent(inout) :: problem
       logical :: wanted
       integer :: i, dof, n, parent(2)
-      real(wp) :: place(2)
+      real(wp) :: place(2), scale
       associate (changes => model%changes, loads => model%loads)
          do dof = 1, 2
             do n = 1, size(before%held, 2)
@@ -193,7 +193,9 @@ contains
                if (loads%is_held(dof, n) .neqv. wanted) problem = 'a new node is held where its parents are not, or not held'
                if (.not. wanted) cycle
                place = merge(loads%cx([parent(1), parent(2)]), loads%cy([parent(1), parent(2)]), dof == 1)
-               if (abs(merge(loads%cx(n), loads%cy(n), dof == 1) - 0.5_wp*sum(place)) > 4*epsilon(1.0_wp)*maxval(abs(place))) &
+               ! where they are now is the difference of where they started and of where they go
+               scale = maxval(abs([loads%support(dof, parent)%from, loads%support(dof, parent)%to]))
+               if (abs(merge(loads%cx(n), loads%cy(n), dof == 1) - 0.5_wp*sum(place)) > 4*epsilon(1.0_wp)*scale) &
                   problem = 'a new node is held at another place than its parents'
             end do
          end do
@@ -318,7 +320,7 @@ contains
       allocate (fresh%no_split_element, source=model%failure%no_split_element)
       call fresh%prepare(model%mesh, model%material)
       fresh%exhausted(:n) = model%failure%exhausted(:n)
-      fresh%shielded(:n) = model%failure%shielded(:n)
+      if (allocated(fresh%shielded)) fresh%shielded(:n) = model%failure%shielded(:n)
       call fresh%look_everywhere(model%mesh, model%material, model%motion)
       if (differ(kept%largest, fresh%largest) .and. max(kept%largest, fresh%largest) > 0) &
          problem = 'the largest utilisation is another than that of all nodes'
