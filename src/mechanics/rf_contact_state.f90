@@ -36,6 +36,8 @@ contains
       call archive%exchange('counted', self%counted)
       call archive%exchange('group_pair', self%group_pair)
       call archive%exchange('group_node', self%group_node)
+      call archive%exchange('group_column', self%group_column)
+      call archive%exchange('coupling', self%coupling)
       call archive%exchange('n_blocks', self%n_blocks)
       call archive%exchange('block_lone', self%block_lone)
       call archive%exchange('block_group', self%block_group)

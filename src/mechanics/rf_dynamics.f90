@@ -317,7 +317,8 @@ contains
                            contact%group_node, contact%node, contact%pair_node, contact%normal, contact%weight, contact%gain, &
                            contact%friction, contact%cohesive_force, contact%slip_reference, contact%gap_reference, &
                            contact%cohesive%bonded, contact%cohesive%rigid, contact%cohesive%cap, contact%cohesive%critical, &
-                           contact%cohesive%damage, contact%mobility, contact%counted, contact_tolerance, 0.0_wp, 1.0_wp, &
+                           contact%cohesive%damage, contact%mobility, contact%counted, contact%group_column, contact%coupling, &
+                           contact_tolerance, 0.0_wp, 1.0_wp, &
                            loads%free_x, loads%free_y, loads%px, loads%py, motion%fx, motion%fy, motion%ux, motion%uy, &
                            motion%wx, motion%wy, motion%vx, motion%vy, contact%impulse, contact%cohesive%impulse, &
                            contact%cohesive%separation, contact%force, contact%jump, contact%kick, contact%partial)

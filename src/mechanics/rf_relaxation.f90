@@ -236,7 +236,7 @@ contains
                         contact%group_node, contact%node, contact%pair_node, contact%normal, contact%weight, contact%gain, &
                         contact%friction, contact%cohesive_force, contact%slip_reference, contact%gap_reference, &
                         contact%cohesive%bonded, contact%cohesive%rigid, contact%cohesive%cap, contact%cohesive%critical, &
-                        contact%cohesive%damage, contact%mobility, contact%counted, &
+                        contact%cohesive%damage, contact%mobility, contact%counted, contact%group_column, contact%coupling, &
                         min(contact_tolerance, contact_fraction*tolerance), warm, b, loads%free_x, loads%free_y, loads%px, &
                         loads%py, motion%fx, motion%fy, motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, &
                         contact%impulse, contact%cohesive%impulse, contact%cohesive%separation, contact%force, contact%jump, &
