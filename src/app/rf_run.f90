@@ -17,6 +17,10 @@ module rf_run
    private
    public :: run_t
 
+   !> *RESTART, WRITE: an increment of many events may take days; so long [s] after a checkpoint there is another one, but not
+   !> before this multiple of the time that writing it took
+   real(wp), parameter :: long_without = 600.0_wp, worth_it = 20.0_wp
+
    type :: run_t
       type(simulation_t) :: simulation
       type(output_requests_t) :: requests
@@ -102,6 +106,7 @@ contains
       character(len=:), allocatable, intent(inout) :: error
       associate (simulation => self%simulation)
          simulation%interruption%deadline = self%start + simulation%restart%wall_time
+         if (simulation%restart%write) simulation%interruption%save_at = monotonic_time() + long_without
          do while (.not. allocated(error))
             call simulation%run()
             if (simulation%status /= exit_done) exit
@@ -133,6 +138,8 @@ contains
       class(run_t), intent(inout) :: self
       character(len=:), allocatable, intent(out) :: error
       type(checkpoint_t) :: checkpoint
+      real(wp) :: begun
+      begun = monotonic_time()
       associate (simulation => self%simulation)
          self%keep = .true.
          simulation%wall_time = self%spent + (monotonic_time() - self%start)
@@ -146,6 +153,8 @@ contains
          end if
          if (simulation%interruption%leave .and. .not. simulation%is_over()) simulation%status = exit_interrupted
          simulation%interruption%save = .false.
+         if (simulation%restart%write) simulation%interruption%save_at = monotonic_time() + &
+                                                                  max(long_without, worth_it*(monotonic_time() - begun))
       end associate
    end subroutine save
 
