@@ -4,6 +4,8 @@ submodule(rf_simulation) rf_simulation_state
 
 contains
 
+   !> To or from a checkpoint. (Derived: replaced, restart, cracks_note follow from the deck; log, interruption, reading_time,
+   !> status, message are of one process; run_over ends a run.)
    module subroutine exchange(self, archive)
       class(simulation_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

@@ -438,7 +438,8 @@ contains
       end do
    end subroutine reaction
 
-   !> To or from a checkpoint. The settings come from the deck, the masks are made anew; figures of time are those of one process.
+   !> To or from a checkpoint. (Derived: settings follow from the deck; the masks counted, paced, measured, keep, special,
+   !> touching, partial are made anew; element_updates, seconds, contact_watch are figures of one process.)
    subroutine exchange(self, archive)
       class(relaxation_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
