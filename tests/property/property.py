@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Random sequences of events; what fails is made as short as it can be. ./run property calls this with RANDOM_EVENTS set.
+"""Random sequences of events; what fails is made short. ./run property calls this with RANDOM_EVENTS set.
 
     property.py [--runs N] [--seed S]      sequences S to S + N - 1; a sequence is a function of its seed
 
-Each sequence splits a random body at random (tests/property/random_events.f90), and everything that must hold is looked at
-after every event. Of a sequence that fails, by its own checks or by a crash, the smallest prefix is told, which is that up
-to its last event; then attempts before that are left out as long as it fails in the same words, and the command is shown.
+Each sequence splits a random body at random (tests/property/random_events.f90), and everything that must hold is looked
+at after every event. Of a sequence that fails, by its own checks or by a crash, the smallest prefix is told, which is
+that up to its last event; then attempts before that are left out as long as it fails in the same words, and the command
+is shown.
 """
 
 import argparse
@@ -26,8 +27,10 @@ def events(program, *arguments):
 
 
 def problem_of(program, seed, attempts):
-    """What fails in a sequence that makes only some attempts (None: all): words that are the same for the same fault, the
-    last attempt, and all that was said; words are '' where nothing fails."""
+    """What fails in a sequence that makes only some attempts (None: all), the last attempt, and all that was said.
+
+    What fails is told in words that are the same for the same fault, '' where nothing does.
+    """
     only = ["--only", as_ranges(attempts)] if attempts is not None else []
     status, _, said = events(program, "--seed", seed, "--trace", *only)
     if status == 0:
