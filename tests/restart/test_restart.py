@@ -270,3 +270,6 @@ def test_what_cannot_be_gone_on_with(tmp_path):
     refused(rewrite(lambda content: b"rubbish"), "j.rst.h5")
     refused(lambda folder: None, "j.h5", path="j.h5")
     refused(lambda folder: (folder / "j_history.csv").unlink(), "j_history.csv")
+    refused(rewrite(lambda content: content[:90000] + bytes([content[90000] ^ 64]) + content[90001:]), "damaged")
+    for name in ("j_history.csv", "j.vtkhdf", "j_cracks.vtkhdf", "j.h5"):
+        refused(lambda folder, name=name: os.truncate(folder / name, (folder / name).stat().st_size // 2), name)
