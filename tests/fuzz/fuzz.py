@@ -97,9 +97,8 @@ def small_deck(text):
         text,
         flags=re.M | re.I,
     )
-    text = re.sub(
-        rb"^\*RELAXATION(?![^\n]*MAX ITERATIONS)", b"*RELAXATION, MAX ITERATIONS=%d" % MOST_ITERATIONS, text, flags=re.M | re.I
-    )
+    limited = b"*RELAXATION, MAX ITERATIONS=%d" % MOST_ITERATIONS
+    text = re.sub(rb"^\*RELAXATION(?![^\n]*MAX ITERATIONS)", limited, text, flags=re.M | re.I)
     text = re.sub(rb"^\*FRACTURE(?![^\n]*MAX EVENTS)", b"*FRACTURE, MAX EVENTS=5", text, flags=re.M | re.I)
     return re.sub(rb"(^\*MESH[^\n]*\n)([^*\n][^\n]*)", small_mesh, text, flags=re.M | re.I)
 
