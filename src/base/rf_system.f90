@@ -1,7 +1,7 @@
 !> The operating system: files and folders, terminal, signals, environment. The one file that calls C's library for them.
 module rf_system
    use, intrinsic :: iso_c_binding, only: c_char, c_funloc, c_funptr, c_int, c_intptr_t, c_null_char, &
-      c_null_funptr, c_ptr, c_size_t, c_associated
+      c_null_funptr, c_ptr, c_size_t, c_associated, c_f_pointer
    use rf_kinds, only: i8
    implicit none
    private
@@ -20,7 +20,7 @@ module rf_system
    integer(c_int), parameter :: signal_interrupt = 2, signal_user_1 = 10, signal_terminate = 15, signal_file_size = 25
    !> SIG_IGN of signal.h: the handler that does nothing
    integer(c_intptr_t), parameter :: ignoring = 1_c_intptr_t
-   integer, parameter :: longest_path = 4096
+   integer, parameter :: longest_path = 4096, longest_reason = 256
    integer, parameter :: first_chunk = 65536
    !> permissions of a new folder, cut down by the user's mask: rwxrwxrwx
    integer(c_int), parameter :: folder_mode = 511_c_int
@@ -61,6 +61,17 @@ module rf_system
          character(kind=c_char), intent(in) :: old(*), new(*)
          integer(c_int) :: status
       end function c_rename
+      function c_errno_location() bind(c, name='__errno_location') result(place)
+         import :: c_ptr
+         type(c_ptr) :: place
+      end function c_errno_location
+      function c_strerror(number, text, length) bind(c, name='__xpg_strerror_r') result(status)
+         import :: c_int, c_char, c_size_t
+         integer(c_int), value :: number
+         character(kind=c_char), intent(inout) :: text(*)
+         integer(c_size_t), value :: length
+         integer(c_int) :: status
+      end function c_strerror
       function c_link(old, new) bind(c, name='link') result(status)
          import :: c_int, c_char
          character(kind=c_char), intent(in) :: old(*), new(*)
@@ -243,11 +254,29 @@ contains
    end function make_folders
 
    !> Rename a file; an older one of the new name is replaced at once. True when done.
-   logical function rename_file(old, new) result(done)
+   logical function rename_file(old, new, reason) result(done)
       !> present and future path
       character(len=*), intent(in) :: old, new
+      !> why it was not done, as the system says it
+      character(len=:), allocatable, intent(out), optional :: reason
       done = c_rename(old//c_null_char, new//c_null_char) == 0
+      if (.not. done .and. present(reason)) reason = last_reason()
    end function rename_file
+
+   !> What the system says of the call that failed last.
+   function last_reason() result(reason)
+      character(len=:), allocatable :: reason
+      integer(c_int), pointer :: number
+      character(kind=c_char) :: text(longest_reason)
+      integer :: i
+      call c_f_pointer(c_errno_location(), number)
+      reason = ''
+      if (c_strerror(number, text, int(longest_reason, c_size_t)) /= 0) return
+      do i = 1, longest_reason
+         if (text(i) == c_null_char) exit
+         reason = reason//text(i)
+      end do
+   end function last_reason
 
    !> Give a file a second name, which must not exist yet. True when done (not every file system can).
    logical function link_file(old, new) result(done)

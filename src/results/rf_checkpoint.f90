@@ -106,7 +106,7 @@ contains
    !> ever missing; where the file system knows no second names it is renamed.
    subroutine take_its_name(self)
       class(checkpoint_t), intent(inout) :: self
-      character(len=:), allocatable :: newest, previous
+      character(len=:), allocatable :: newest, previous, reason
       logical :: done
       newest = checkpoint_path(self%path)
       previous = previous_path(self%path)
@@ -119,8 +119,8 @@ contains
          done = link_file(newest, previous)
          if (.not. done) done = rename_file(newest, previous)
       end if
-      if (.not. rename_file(self%file%path, newest)) then
-         call self%fail(newest//': cannot be replaced by '//self%file%path)
+      if (.not. rename_file(self%file%path, newest, reason)) then
+         call self%fail(newest//': cannot be replaced by '//self%file%path//': '//reason)
          return
       end if
       if (index(newest, '/') > 0) then
