@@ -86,10 +86,10 @@ def report(program, seed):
     print(f"   {program} --seed {seed} --only {as_ranges(attempts)}", flush=True)
 
 
-def run_chunk(program, first, runs):
-    """Sequences that fail and the numbers that the program tells of the others; after a failure the next ones go on."""
+def run_chunk(program, first, runs, most=CHUNK):
+    """Sequences that fail, at most so many, and the numbers that the program tells of the others."""
     failed, counts = [], []
-    while runs > 0:
+    while runs > 0 and len(failed) < most:
         status, said, errors = events(program, "--seed", first, "--runs", runs)
         if status == 0:
             counts.append([int(n) for n in re.findall(r"\d+", said.replace("seeds", ""))])
@@ -113,7 +113,7 @@ def campaign(options):
     failed, done, began = [], 0, time.monotonic()
     last = options.seed + options.runs
     for first in range(options.seed, last, CHUNK):
-        bad, counts = run_chunk(options.program, first, min(CHUNK, last - first))
+        bad, counts = run_chunk(options.program, first, min(CHUNK, last - first), options.most - len(failed))
         failed += bad
         done += sum(numbers[0] for numbers in counts)
         if sys.stderr.isatty():
