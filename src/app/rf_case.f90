@@ -17,6 +17,7 @@ module rf_case
    use rf_support_check, only: check_supports
    use rf_output_input, only: output_requests_t, read_output, check_stop_drop
    use rf_step_input, only: read_steps, read_job, declare_others
+   use rf_restart_input, only: read_restart
    use rf_dynamic_input, only: check_dynamics
    use rf_simulation, only: simulation_t
    use rf_text, only: to_text
@@ -39,6 +40,7 @@ contains
       type(crack_list_t) :: cracks
       associate (model => simulation%model)
          call read_job(deck, job)
+         call read_restart(deck, simulation%restart)
          call mesh_input%read(deck, model%mesh, diagnostics)
          call connect(simulation, deck, diagnostics)
          call cracks%read(deck)

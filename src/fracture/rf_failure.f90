@@ -2,6 +2,7 @@
 !> from it. Reads the mesh, never changes it.
 module rf_failure
    use rf_kinds, only: wp, i1
+   use rf_archive, only: archive_t
    use rf_clock, only: stopwatch_t
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
@@ -92,9 +93,16 @@ module rf_failure
    contains
       procedure :: prepare, mark_regions, adopt, shield, renumber, look, look_everywhere, plan, plan_at, may_fail, aim
       procedure, private :: reserve, forget, look_at_node, note_out_of_plane, rays_of
+      procedure :: exchange
    end type failure_t
 
    interface
+      !> To or from a checkpoint.
+      module subroutine exchange(self, archive)
+         class(failure_t), intent(inout) :: self
+         class(archive_t), intent(inout) :: archive
+      end subroutine exchange
+
       !> Look at the criterion: stress and bound of every element, the screen of the nodes that can be the largest, their patches.
       module subroutine look(self, mesh, material, motion)
          class(failure_t), intent(inout) :: self

@@ -3,6 +3,7 @@
 module rf_dynamics
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t
@@ -27,7 +28,7 @@ module rf_dynamics
    type :: dynamics_t
       !> some step of the deck is dynamic
       logical :: wanted = .false.
-      !> velocities at the present state [length/time], (2, nodes); zero in static steps
+      !> velocities at the present state [length/time], (2, nodes); zero in static steps, not allocated if all steps are
       real(wp), allocatable :: velocity(:, :)
       !> velocities that the deck gives for the start of the first dynamic step, until then, (2, nodes)
       real(wp), allocatable :: initial(:, :)
@@ -61,7 +62,16 @@ module rf_dynamics
       procedure :: adopt, renumber
       procedure :: kinetic_energy_before, book_loads, not_finite, add_moving, show_initial
       procedure, private :: find_moving, set_factors, drive, find_moving_forces, book_half, prepare_masks, book_change
+      procedure :: exchange
    end type dynamics_t
+
+   interface
+      !> To or from a checkpoint.
+      module subroutine exchange(self, archive)
+         class(dynamics_t), intent(inout) :: self
+         class(archive_t), intent(inout) :: archive
+      end subroutine exchange
+   end interface
 
 contains
 
@@ -306,7 +316,8 @@ contains
                            contact%group_node, contact%node, contact%pair_node, contact%normal, contact%weight, contact%gain, &
                            contact%friction, contact%cohesive_force, contact%slip_reference, contact%gap_reference, &
                            contact%cohesive%bonded, contact%cohesive%rigid, contact%cohesive%cap, contact%cohesive%critical, &
-                           contact%cohesive%damage, contact%mobility, contact%counted, contact_tolerance, 0.0_wp, 1.0_wp, &
+                           contact%cohesive%damage, contact%mobility, contact%counted, contact%group_column, contact%coupling, &
+                           contact_tolerance, 0.0_wp, 1.0_wp, &
                            loads%free_x, loads%free_y, loads%px, loads%py, motion%fx, motion%fy, motion%ux, motion%uy, &
                            motion%wx, motion%wy, motion%vx, motion%vy, contact%impulse, contact%cohesive%impulse, &
                            contact%cohesive%separation, contact%force, contact%jump, contact%kick, contact%partial)
@@ -580,8 +591,10 @@ contains
          a = changes%parent(1, i)
          b = changes%parent(2, i)
          if (b == 0) b = a
-         call grow(self%velocity, n, 2)
-         self%velocity(:, n) = 0.5_wp*(self%velocity(:, a) + self%velocity(:, b))
+         if (allocated(self%velocity)) then
+            call grow(self%velocity, n, 2)
+            self%velocity(:, n) = 0.5_wp*(self%velocity(:, a) + self%velocity(:, b))
+         end if
          if (.not. allocated(self%initial)) cycle
          call grow(self%initial, n, 2)
          self%initial(:, n) = 0.5_wp*(self%initial(:, a) + self%initial(:, b))

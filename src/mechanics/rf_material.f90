@@ -2,6 +2,7 @@
 !> it is under from the start.
 module rf_material
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_grow, only: grow
    use rf_cst, only: elasticity_t
    use rf_initial_stress, only: initial_stress_t
@@ -55,6 +56,7 @@ module rf_material
       type(initial_stress_t) :: initial
    contains
       procedure :: prepare, adopt, renumber, stiffness_of, strength_of, surface_given, out_of_plane
+      procedure :: exchange
    end type material_t
 
 contains
@@ -133,5 +135,16 @@ contains
          zz = initial(3) + ratio*((stress(1) - initial(1)) + (stress(2) - initial(2)))
       end associate
    end function out_of_plane
+
+   !> To or from a checkpoint. (Derived: section, name, surface follow from the deck.)
+   subroutine exchange(self, archive)
+      class(material_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%exchange('stiffness_factor', self%stiffness_factor)
+      call archive%exchange('strength_factor', self%strength_factor)
+      call archive%enter('initial')
+      call self%initial%exchange(archive)
+      call archive%leave()
+   end subroutine exchange
 
 end module rf_material

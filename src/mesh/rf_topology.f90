@@ -3,6 +3,7 @@
 !> opening at the boundary) is a sequence of these.
 module rf_topology
    use rf_kinds, only: wp, i1, i8
+   use rf_archive, only: archive_t
    use rf_sort, only: sorted_order
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t, no_origin
@@ -34,6 +35,7 @@ module rf_topology
    contains
       procedure :: clear, corners
       procedure, private :: add_node, add_element, add_child
+      procedure :: exchange
    end type changes_t
 
 contains
@@ -630,5 +632,19 @@ contains
          list(j + 1) = value
       end do
    end subroutine sort_ascending
+
+   !> To or from a checkpoint.
+   subroutine exchange(self, archive)
+      class(changes_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%exchange('n_nodes', self%n_nodes)
+      call archive%exchange('n_elements', self%n_elements)
+      call archive%exchange('node', self%node)
+      call archive%exchange('parent', self%parent)
+      call archive%exchange('on_boundary', self%on_boundary)
+      call archive%exchange('element', self%element)
+      call archive%exchange('child', self%child)
+      call archive%exchange('n_children', self%n_children)
+   end subroutine exchange
 
 end module rf_topology
