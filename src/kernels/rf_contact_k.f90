@@ -123,7 +123,7 @@ contains
          x = ux(j) - ux(i) + (vx(j) - vx(i))
          y = uy(j) - uy(i) + (vy(j) - vy(i))
          pressing = max(0.0_wp, (gap_reference(p) - (nx*x + ny*y))*gain(1, p))
-         bound = friction(p)*pressing + min(b*cohesion(p), huge(bound)*pressing)      ! no branch: none where it is open
+         bound = friction(p)*pressing + b*cohesion(p)*(0.5_wp + sign(0.5_wp, pressing - tiny(bound)))  ! no branch
          sliding = min(bound, max(-bound, (slip_reference(p) - (nx*y - ny*x))*gain(2, p)))
          impulse(1, p) = pressing
          impulse(2, p) = sliding
@@ -223,7 +223,7 @@ contains
             y = jump(2*k) + coupling(2*k, 1, last)*normal_change + coupling(2*k, 2, last)*tangent_change
             call add(last, normal_change, tangent_change)
             pressing = max(0.0_wp, impulse(1, p) - x*gain(1, p))
-            bound = friction(p)*pressing + min(b*cohesion(p), huge(bound)*pressing)
+            bound = friction(p)*pressing + b*cohesion(p)*(0.5_wp + sign(0.5_wp, pressing - tiny(bound)))
             sliding = min(bound, max(-bound, impulse(2, p) - y*gain(2, p)))
             normal_change = pressing - impulse(1, p)
             tangent_change = sliding - impulse(2, p)

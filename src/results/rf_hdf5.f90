@@ -172,8 +172,8 @@ contains
       call h5pclose_f(access, status)
    end subroutine open_file
 
-   !> Open a file of an earlier process to go on with it. Where that was killed, the marks of a file being written are taken off,
-   !> as `h5clear -s --increment=0` does.
+   !> Open a file of an earlier process to go on with it. Where that was killed, the marks of a file being written are taken off
+   !> and what it wrote last is counted in, as `h5clear -s --increment=0` does; but a file that was cut short is refused.
    subroutine reopen(this, path, error)
       class(hdf5_file_t), intent(out) :: this
       character(len=*), intent(in) :: path
@@ -188,7 +188,6 @@ contains
       if (.not. allocated(error)) return
       call access_list(access)
       ignored = c_set_property(int(access, c_int64_t), 'clear_status_flags'//c_null_char, .true._c_bool)
-      ignored = c_set_property(int(access, c_int64_t), 'skip_eof_check'//c_null_char, .true._c_bool)
       call h5fopen_f(path, h5f_acc_rdwr_f, id, status, access_prp=access)
       if (status >= 0) then
          status = c_increment_size(int(id, c_int64_t), 0_c_int64_t)

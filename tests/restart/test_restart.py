@@ -22,7 +22,8 @@ GOOD = SOURCE / "tests" / "deck" / "good"
 
 # deck, changes, what it is about
 CASES = {
-    "beam": (VERIFICATION / "beam" / "beam.inp", [], "events"),
+    "plate": (SOURCE / "input" / "tutorial" / "first_deck" / "first_deck.inp", [], "21 events in tension"),
+    "block": (VERIFICATION / "compression" / "compression.inp", [], "30 events, most in shear; contact"),
     "softening": (GOOD / "softening.inp", [], "cohesion"),
     "shear_box": (VERIFICATION / "shear_box" / "shear_box.inp", [], "contact"),
     "bar": (VERIFICATION / "bar_wave" / "bar_wave.inp", [], "dynamic"),
@@ -111,7 +112,7 @@ def test_cut_once(name, part, whole, tmp_path):
     assert_same(tmp_path, results)
 
 
-@pytest.mark.parametrize("name", ["beam", "softening", "broken_bar", "stopping", "excavation"])
+@pytest.mark.parametrize("name", ["plate", "softening", "broken_bar", "stopping", "excavation"])
 def test_cut_often(name, whole, tmp_path):
     """A run in many pieces, each with another number of threads."""
     deck, uncut, results = whole(name)
@@ -129,7 +130,7 @@ def test_cut_often(name, whole, tmp_path):
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_cut_at_the_beginning(n, whole, tmp_path):
     """After row 0, when the first step has begun, and after the first iteration of the first relaxation."""
-    deck, uncut, results = whole("beam")
+    deck, uncut, results = whole("plate")
     assert cut(n, deck, "--output", tmp_path, "--job", "j", "--quiet").returncode == 4
     rest = cut(0, "--restart", tmp_path / "j.rst.h5", "--quiet")
     assert rest.digests == uncut.digests
@@ -157,7 +158,7 @@ def test_checkpoints_of_the_deck(tmp_path):
 
 def test_killed(tmp_path):
     """kill -9: the last checkpoint is a whole one, and what was written after it is written again."""
-    deck = edited(VERIFICATION / "beam" / "beam.inp", tmp_path, ("*HEADING", "*RESTART, WRITE\n*HEADING"))
+    deck = edited(CASES["plate"][0], tmp_path, ("*HEADING", "*RESTART, WRITE\n*HEADING"))
     start = time.monotonic()
     whole = cut(0, deck, "--output", tmp_path / "whole", "--job", "j", "--quiet")
     seconds = time.monotonic() - start
@@ -269,3 +270,6 @@ def test_what_cannot_be_gone_on_with(tmp_path):
     refused(rewrite(lambda content: b"rubbish"), "j.rst.h5")
     refused(lambda folder: None, "j.h5", path="j.h5")
     refused(lambda folder: (folder / "j_history.csv").unlink(), "j_history.csv")
+    refused(rewrite(lambda content: content[:90000] + bytes([content[90000] ^ 64]) + content[90001:]), "damaged")
+    for name in ("j_history.csv", "j.vtkhdf", "j_cracks.vtkhdf", "j.h5"):
+        refused(lambda folder, name=name: os.truncate(folder / name, (folder / name).stat().st_size // 2), name)
