@@ -81,7 +81,7 @@ contains
       call self%contact%rebuild(self%mesh, self%material, self%motion)
       call self%pieces%find(self%mesh)
       call self%energy%prepare(self%loads, self%mesh%n_nodes)
-      call self%dynamics%prepare(self%mesh%n_nodes)
+      if (self%dynamics%wanted) call self%dynamics%prepare(self%mesh%n_nodes)
       call self%dynamics%adopt(self%changes)
       call self%failure%prepare(self%mesh, self%material)
       allocate (self%reaction(2, self%mesh%n_nodes), source=0.0_wp)

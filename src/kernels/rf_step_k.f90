@@ -141,33 +141,38 @@ contains
       real(wp), intent(in) :: inverse_mass(n_nodes)
       !> 1 where a direction is free, 0 where it is supported
       real(wp), intent(in) :: free_x(n_nodes), free_y(n_nodes)
-      !> 1 where the node's motion enters the damping sums, 0 on pieces free to move as a whole
-      real(wp), intent(in) :: paced(n_nodes)
+      !> 1 where the node's motion enters the damping sums, 0 on pieces free to move as a whole; here and in the next two: an
+      !> array of size 0 where all nodes have 1
+      real(wp), intent(in), contiguous :: paced(:)
       !> 1 where its residual is summed here, 0 on loose pieces and at contact nodes (summed after contact)
-      real(wp), intent(in) :: measured(n_nodes)
+      real(wp), intent(in), contiguous :: measured(:)
       !> factor of the old velocity: 1, less on pieces free to move as a whole (the residual stays whole, else contact
       !> forces would balance a part of it only)
-      real(wp), intent(in) :: keep(n_nodes)
+      real(wp), intent(in), contiguous :: keep(:)
       !> sums of each block, (n_sums, block)
       real(wp), intent(out) :: partial(:, :)
-      real(wp) :: gx(block_size), gy(block_size)
+      real(wp) :: gx(block_size), gy(block_size), own_paced(block_size), own_measured(block_size), own_keep(block_size)
       integer :: base, n, j
 
       !$omp parallel do default(none) schedule(static) if (n_blocks >= blocks_for_threads) &
       !$omp    shared(n_blocks, first, count, special, touching, slice, order, column, kxx, kxy, kyx, kyy, ux, uy, &
       !$omp           wx, wy, vx, vy, fx, fy, px, py, inverse_mass, free_x, free_y, paced, measured, keep, partial, &
-      !$omp           a, b, local) private(j, base, n, gx, gy)
+      !$omp           a, b, local) private(j, base, n, gx, gy, own_paced, own_measured, own_keep)
       do j = 1, n_blocks
          base = first(j)
          n = count(j)
          call forces_in_order(n, base, slice(:, j), order(:, j), column, kxx, kxy, kyx, kyy, ux, uy, gx, gy)
          if (special(j)) then
+            call part_of(paced, base, n, own_paced)
+            call part_of(measured, base, n, own_measured)
+            call part_of(keep, base, n, own_keep)
             call general_update(n, a, b, local, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
                                 fx(base), fy(base), px(base), py(base), inverse_mass(base), free_x(base), free_y(base), &
-                                paced(base), measured(base), keep(base), partial(:, j))
+                                own_paced, own_measured, own_keep, partial(:, j))
          else if (touching(j)) then
+            call part_of(measured, base, n, own_measured)
             call plain_update(n, a, b, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
-                              fx(base), fy(base), px(base), py(base), inverse_mass(base), measured(base), partial(:, j))
+                              fx(base), fy(base), px(base), py(base), inverse_mass(base), own_measured, partial(:, j))
          else
             call plain_update(n, a, b, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
                               fx(base), fy(base), px(base), py(base), inverse_mass(base), all_measured, partial(:, j))
@@ -175,6 +180,20 @@ contains
       end do
       !$omp end parallel do
    end subroutine relaxation_step
+
+   !> What a block's nodes have of a property.
+   pure subroutine part_of(values, base, n, part)
+      !> of all nodes; of size 0 where it is 1 everywhere
+      real(wp), intent(in), contiguous :: values(:)
+      !> first node, number of nodes
+      integer, intent(in) :: base, n
+      real(wp), intent(out) :: part(block_size)
+      if (size(values) > 0) then
+         part(:n) = values(base:base + n - 1)
+      else
+         part = 1
+      end if
+   end subroutine part_of
 
    !> Update of a block whose nodes are all free and paced.
    subroutine plain_update(n, a, b, gx, gy, ux, uy, wx, wy, vx, vy, fx, fy, px, py, inverse_mass, measured, sums)

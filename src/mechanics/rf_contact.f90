@@ -547,7 +547,8 @@ contains
       do c = 1, self%n_nodes
          n = self%node(c)
          self%mobility(:, c) = [free_x(n), free_y(n)]*inverse_mass(n)
-         self%counted(:, c) = counted(n)*[free_x(n), 1 - free_x(n)]
+         self%counted(:, c) = [free_x(n), 1 - free_x(n)]
+         if (size(counted) > 0) self%counted(:, c) = counted(n)*self%counted(:, c)
       end do
       do p = 1, self%n_pairs
          self%gain(:, p) = 0

@@ -28,7 +28,7 @@ module rf_dynamics
    type :: dynamics_t
       !> some step of the deck is dynamic
       logical :: wanted = .false.
-      !> velocities at the present state [length/time], (2, nodes); zero in static steps
+      !> velocities at the present state [length/time], (2, nodes); zero in static steps, not allocated if all steps are
       real(wp), allocatable :: velocity(:, :)
       !> velocities that the deck gives for the start of the first dynamic step, until then, (2, nodes)
       real(wp), allocatable :: initial(:, :)
@@ -199,14 +199,13 @@ contains
       type(contact_t), intent(in) :: contact
       type(loads_t), intent(in) :: loads
       integer :: n
-      call grow(self%ones, mesh%n_nodes)
+      call grow(self%ones, 0)
       call grow(self%keep, mesh%n_nodes)
       call grow(self%inverse_mass, mesh%n_nodes)
       call grow(self%partial, rows%n_blocks, n_sums)
       call grow(self%special, rows%n_blocks)
       call grow(self%touching, rows%n_blocks)
       self%touching = .false.       ! no sum over residuals is needed
-      self%ones = 1
       self%special = self%damped
       do n = 1, mesh%n_nodes
          if (loads%is_held(1, n) .or. loads%is_held(2, n)) self%special((n - 1)/block_size + 1) = .true.
@@ -230,7 +229,7 @@ contains
       do n = 1, mesh%n_nodes
          do dof = 1, 2
             if (.not. loads%is_held(dof, n)) cycle
-            associate (ramp => loads%support(dof, n))
+            associate (ramp => loads%support(dof, loads%place(n)))
                if (.not. (ramp%is_velocity .or. ramp%amplitude > 0 .or. abs(ramp%to - ramp%from) > 0)) cycle
             end associate
             self%n_moving = self%n_moving + 1
@@ -464,8 +463,13 @@ contains
       type(motion_t), intent(in) :: motion
       real(wp), intent(in) :: part
       type(energy_t), intent(inout) :: energy
-      energy%external = energy%external + part*(dot_product(loads%applied(1, :n_nodes), motion%vx(:n_nodes)) &
-                                                + dot_product(loads%applied(2, :n_nodes), motion%vy(:n_nodes)))
+      if (allocated(loads%applied)) then
+         energy%external = energy%external + part*(dot_product(loads%applied(1, :n_nodes), motion%vx(:n_nodes)) &
+                                                   + dot_product(loads%applied(2, :n_nodes), motion%vy(:n_nodes)))
+      else
+         energy%external = energy%external + part*(dot_product(loads%px(:n_nodes), motion%vx(:n_nodes)) &
+                                                   + dot_product(loads%py(:n_nodes), motion%vy(:n_nodes)))
+      end if
    end subroutine add_work
 
    !> Book the work of loads that do not vary, from where it was booked last to the present displacements.
@@ -476,12 +480,12 @@ contains
       type(motion_t), intent(in) :: motion
       type(energy_t), intent(inout) :: energy
       integer :: n
-      real(wp) :: work
+      real(wp) :: work, force(2)
       if (self%forces_vary) return
       work = 0
       do n = 1, n_nodes
-         work = work + (loads%applied(1, n)*(motion%ux(n) - self%booked_x(n)) &
-                        + loads%applied(2, n)*(motion%uy(n) - self%booked_y(n)))
+         force = loads%force_at(n)
+         work = work + (force(1)*(motion%ux(n) - self%booked_x(n)) + force(2)*(motion%uy(n) - self%booked_y(n)))
       end do
       energy%external = energy%external + work
       self%booked_x(:n_nodes) = motion%ux(:n_nodes)
@@ -587,8 +591,10 @@ contains
          a = changes%parent(1, i)
          b = changes%parent(2, i)
          if (b == 0) b = a
-         call grow(self%velocity, n, 2)
-         self%velocity(:, n) = 0.5_wp*(self%velocity(:, a) + self%velocity(:, b))
+         if (allocated(self%velocity)) then
+            call grow(self%velocity, n, 2)
+            self%velocity(:, n) = 0.5_wp*(self%velocity(:, a) + self%velocity(:, b))
+         end if
          if (.not. allocated(self%initial)) cycle
          call grow(self%initial, n, 2)
          self%initial(:, n) = 0.5_wp*(self%initial(:, a) + self%initial(:, b))

@@ -23,13 +23,14 @@ module rf_energy
       logical :: falls = .false.
       !> an equilibrium has been accepted
       logical, private :: begun = .false.
-      !> displacements, applied forces and reactions of the last accepted equilibrium, (nodes)
+      !> displacements of the last accepted equilibrium, (nodes); applied forces, (nodes), not allocated as long as there are
+      !> none; reactions, by place among the supports (loads%place)
       real(wp), allocatable, private :: ux(:), uy(:), px(:), py(:), qx(:), qy(:)
       !> which sums of the loads these applied forces are (loads%sums)
       integer, private :: taken = -1
    contains
       procedure :: prepare, accept, adopt, renumber, take_out, error, strain_energy, go_on_from
-      procedure, private :: take_loads
+      procedure, private :: take_loads, force_before
       procedure :: exchange
    end type energy_t
 
@@ -51,23 +52,37 @@ contains
       type(loads_t), intent(in) :: loads
       !> nodes
       integer, intent(in) :: n
-      self%px(:n) = loads%applied(1, :n)
-      self%py(:n) = loads%applied(2, :n)
+      integer :: i
       self%taken = loads%sums
+      if (.not. (allocated(self%px) .or. loads%any_force())) return
+      call grow(self%px, size(self%ux))
+      call grow(self%py, size(self%ux))
+      do i = 1, n
+         call keep_force(self, loads, i)
+      end do
       if (self%begun .or. .not. allocated(loads%initial)) return
       self%px(:n) = loads%initial(1, :n)
       self%py(:n) = loads%initial(2, :n)
    end subroutine take_loads
+
+   subroutine keep_force(self, loads, node)
+      type(energy_t), intent(inout) :: self
+      type(loads_t), intent(in) :: loads
+      integer, intent(in) :: node
+      real(wp) :: force(2)
+      force = loads%force_at(node)
+      self%px(node) = force(1)
+      self%py(node) = force(2)
+   end subroutine keep_force
 
    subroutine reserve(self, n)
       class(energy_t), intent(inout) :: self
       integer, intent(in) :: n
       call grow(self%ux, n)
       call grow(self%uy, n)
+      if (.not. allocated(self%px)) return
       call grow(self%px, n)
       call grow(self%py, n)
-      call grow(self%qx, n)
-      call grow(self%qy, n)
    end subroutine reserve
 
    !> Strain energy against the undeformed body: U = u.f/2 + u.f0, f0 the forces of the initial stress (theory: eq. 44)
@@ -85,6 +100,34 @@ contains
                                                     + dot_product(motion%uy(:n), loads%initial(2, :n))
    end function strain_energy
 
+   !> What acted on a node at the last equilibrium, applied or by its support [force].
+   pure function force_before(self, loads, node) result(force)
+      class(energy_t), intent(in) :: self
+      type(loads_t), intent(in) :: loads
+      integer, intent(in) :: node
+      real(wp) :: force(2)
+      force = 0
+      if (allocated(self%px)) force = [self%px(node), self%py(node)]
+      if (.not. allocated(self%qx)) return
+      associate (place => loads%place(node))
+         if (place > 0 .and. place <= size(self%qx)) force = force + [self%qx(place), self%qy(place)]
+      end associate
+   end function force_before
+
+   !> Keep the reaction of a node's support.
+   subroutine keep_reaction(self, loads, node, reaction)
+      type(energy_t), intent(inout) :: self
+      type(loads_t), intent(in) :: loads
+      integer, intent(in) :: node
+      !> [force]
+      real(wp), intent(in) :: reaction(2)
+      if (loads%place(node) == 0) return
+      call grow(self%qx, loads%n_supported)
+      call grow(self%qy, loads%n_supported)
+      self%qx(loads%place(node)) = reaction(1)
+      self%qy(loads%place(node)) = reaction(2)
+   end subroutine keep_reaction
+
    !> Book an equilibrium that is part of the answer.
    subroutine accept(self, loads, motion, reaction, friction_work, softening_work, n, at_event)
       class(energy_t), intent(inout) :: self
@@ -100,12 +143,12 @@ contains
       integer, intent(in) :: n
       !> it is the first equilibrium after a split: what the ledger lacks was released by it
       logical, intent(in) :: at_event
-      real(wp) :: work, before, missing
+      real(wp) :: work, before, missing, force(2)
       integer :: i
       work = 0
       do i = 1, n
-         work = work + 0.5_wp*((self%px(i) + self%qx(i) + loads%applied(1, i) + reaction(1, i))*(motion%ux(i) - self%ux(i)) &
-                               + (self%py(i) + self%qy(i) + loads%applied(2, i) + reaction(2, i))*(motion%uy(i) - self%uy(i)))
+         force = self%force_before(loads, i) + loads%force_at(i) + reaction(:, i)
+         work = work + 0.5_wp*(force(1)*(motion%ux(i) - self%ux(i)) + force(2)*(motion%uy(i) - self%uy(i)))
       end do
       before = self%strain
       self%external = self%external + work
@@ -131,12 +174,14 @@ contains
       real(wp), intent(in) :: reaction(:, :)
       !> nodes
       integer, intent(in) :: n
+      integer :: i
       self%ux(:n) = motion%ux(:n)
       self%uy(:n) = motion%uy(:n)
       self%begun = .true.
       call self%take_loads(loads, n)
-      self%qx(:n) = reaction(1, :n)
-      self%qy(:n) = reaction(2, :n)
+      do i = 1, n
+         call keep_reaction(self, loads, i, reaction(:, i))
+      end do
    end subroutine go_on_from
 
    !> Follow a split. The loads have been shared among the copies already; supports do not move during an event, so their
@@ -155,8 +200,7 @@ contains
          if (b == 0) b = a
          self%ux(n) = 0.5_wp*(self%ux(a) + self%ux(b))
          self%uy(n) = 0.5_wp*(self%uy(a) + self%uy(b))
-         self%qx(n) = 0
-         self%qy(n) = 0
+         call keep_reaction(self, loads, n, [0.0_wp, 0.0_wp])
       end do
       if (.not. self%begun .or. self%taken /= loads%sums) then
          call self%take_loads(loads, n_nodes)
@@ -164,8 +208,7 @@ contains
       end if
       do i = 1, loads%n_touched        ! the others bear what they bore when it was taken
          n = loads%touched(i)
-         self%px(n) = loads%applied(1, n)
-         self%py(n) = loads%applied(2, n)
+         if (allocated(self%px)) call keep_force(self, loads, n)
       end do
    end subroutine adopt
 
@@ -177,8 +220,6 @@ contains
       call carry(self%uy, map%node_from)
       call carry(self%px, map%node_from)
       call carry(self%py, map%node_from)
-      call carry(self%qx, map%node_from)
-      call carry(self%qy, map%node_from)
    end subroutine renumber
 
    !> Elements were removed: the strain energy that they hold leaves the body with them, as negative external work. From now on
@@ -203,8 +244,7 @@ contains
       call self%take_loads(loads, n_nodes)
       do i = 1, size(exposed)
          n = exposed(i)
-         self%qx(n) = reaction(1, n)
-         self%qy(n) = reaction(2, n)
+         call keep_reaction(self, loads, n, reaction(:, n))
       end do
    end subroutine take_out
 

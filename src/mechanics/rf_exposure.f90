@@ -83,7 +83,7 @@ contains
       do i = 1, size(exposed)
          n = exposed(i)
          call internal_force(mesh, material, motion, n, around, f)
-         f = f - loads%applied(:, n) - reaction(:, n) - pressing(:, n)
+         f = f - loads%force_at(n) - reaction(:, n) - pressing(:, n)
          do dof = 1, 2
             call loads%add_falling(n, dof, f(dof))
          end do

@@ -66,7 +66,8 @@ module rf_loads
       !> nodal forces that act now against the internal forces K u: applied forces less those of the initial stress [force],
       !> (nodes)
       real(wp), allocatable :: px(:), py(:)
-      !> applied nodal forces now: forces, pressures, gravity [force], (2, nodes)
+      !> applied nodal forces now: forces, pressures, gravity [force], (2, nodes); not allocated where there is no initial
+      !> stress: then px, py are they (force_at)
       real(wp), allocatable :: applied(:, :)
       !> internal forces of the initial stress (rf_initial_stress) [force], (2, nodes); not allocated if there is none
       real(wp), allocatable :: initial(:, :)
@@ -75,9 +76,12 @@ module rf_loads
       !> displacement of supported directions now [length], (nodes)
       real(wp), allocatable :: cx(:), cy(:)
       type(amplitude_t), allocatable :: amplitudes(:)
-      !> how each supported direction runs, (2, nodes)
+      !> how the directions of nodes with supports run, (2, supported nodes); place of each node among them (0: it has no
+      !> support), (nodes)
       type(ramp_t), allocatable :: support(:, :)
-      !> ends of the boundary edge that a node is the midpoint of (0: no such node), (2, nodes)
+      integer, allocatable :: place(:)
+      integer :: n_supported = 0
+      !> ends of the boundary edge that a node is the midpoint of (0: no such node), (2, nodes); not allocated without any
       integer, allocatable :: ends(:, :)
       integer :: n_forces = 0
       type(nodal_force_t), allocatable :: force(:)
@@ -97,7 +101,7 @@ module rf_loads
       integer, allocatable :: touched(:)
    contains
       procedure :: prepare, know_faces, begin_step, apply, apply_supports, apply_forces, gather, adopt, renumber, add_falling
-      procedure :: follow, is_held, forces_vary, support_at, scale
+      procedure :: follow, is_held, forces_vary, support_at, scale, force_at, any_force
       procedure, private :: act, drop, acting_index, join, release, spread, tag_faces, new_tag, press_exposed, wake_faces
       procedure, private :: add_nodal_forces, add_pressures, add_gravity
       procedure, private :: value_at, pressure_of
@@ -146,25 +150,69 @@ contains
    subroutine reserve_nodes(self, n)
       class(loads_t), intent(inout) :: self
       integer, intent(in) :: n
-      type(ramp_t), allocatable :: larger(:, :)
       integer :: old
       old = 0
       if (allocated(self%px)) old = size(self%px)
       if (old >= n) return
       call grow(self%px, n)
       call grow(self%py, n)
-      call grow(self%applied, n, 2)
       call grow(self%free_x, n)
       call grow(self%free_y, n)
       call grow(self%cx, n)
       call grow(self%cy, n)
-      call grow(self%ends, n, 2)
+      call grow(self%place, n)
+      if (allocated(self%applied)) call grow(self%applied, n, 2)
+      if (allocated(self%ends)) call grow(self%ends, n, 2)
+      if (.not. allocated(self%support)) allocate (self%support(2, 0))
       self%free_x(old + 1:) = 1
       self%free_y(old + 1:) = 1
-      allocate (larger(2, size(self%px)))
-      if (old > 0) larger(:, :old) = self%support
-      call move_alloc(larger, self%support)
    end subroutine reserve_nodes
+
+   !> A place among the supports for a node that has none: its directions stay where they are.
+   subroutine take_place(self, node, displacement)
+      class(loads_t), intent(inout) :: self
+      integer, intent(in) :: node
+      !> where the node is [length]
+      real(wp), intent(in) :: displacement(2)
+      type(ramp_t), allocatable :: larger(:, :)
+      if (self%place(node) > 0) return
+      if (self%n_supported == size(self%support, 2)) then
+         allocate (larger(2, 2*self%n_supported + 8))
+         larger(:, :self%n_supported) = self%support(:, :self%n_supported)
+         call move_alloc(larger, self%support)
+      end if
+      self%n_supported = self%n_supported + 1
+      self%place(node) = self%n_supported
+      self%support(1, self%n_supported) = held_at(displacement(1))
+      self%support(2, self%n_supported) = held_at(displacement(2))
+   end subroutine take_place
+
+   !> Force applied to a node now [force].
+   pure function force_at(self, node) result(force)
+      class(loads_t), intent(in) :: self
+      integer, intent(in) :: node
+      real(wp) :: force(2)
+      if (allocated(self%applied)) then
+         force = self%applied(:, node)
+      else
+         force = [self%px(node), self%py(node)]
+      end if
+   end function force_at
+
+   !> Whether anything but supports acts, or has acted.
+   pure logical function any_force(self)
+      class(loads_t), intent(in) :: self
+      any_force = self%n_forces > 0 .or. self%n_acting > 0 .or. allocated(self%initial)
+   end function any_force
+
+   !> Ends of the boundary edge that a node is the midpoint of; 0 if it is none.
+   pure function ends_of(self, node) result(ends)
+      class(loads_t), intent(in) :: self
+      integer, intent(in) :: node
+      integer :: ends(2)
+      ends = 0
+      if (allocated(self%ends)) ends = self%ends(:, node)
+   end function ends_of
 
    !> Whether a direction of a node is supported.
    pure logical function is_held(self, dof, node)
@@ -187,8 +235,11 @@ contains
       real(wp), intent(in) :: ux(:), uy(:)
       integer :: i, n, d
       do n = 1, mesh%n_nodes
-         self%support(1, n) = going_on(self%support(1, n), self%is_held(1, n), merge(self%cx(n), ux(n), self%is_held(1, n)))
-         self%support(2, n) = going_on(self%support(2, n), self%is_held(2, n), merge(self%cy(n), uy(n), self%is_held(2, n)))
+         if (self%place(n) == 0) cycle
+         associate (support => self%support(:, self%place(n)))
+            support(1) = going_on(support(1), self%is_held(1, n), merge(self%cx(n), ux(n), self%is_held(1, n)))
+            support(2) = going_on(support(2), self%is_held(2, n), merge(self%cy(n), uy(n), self%is_held(2, n)))
+         end associate
       end do
       do i = 1, self%n_forces
          self%force(i)%ramp = held_at(self%force(i)%ramp%now)
@@ -201,9 +252,9 @@ contains
       call self%drop(replaced)
       call self%wake_faces(mesh)
       do i = 1, size(definitions)
-         call self%act(mesh, definitions(i))
+         call self%act(mesh, definitions(i), ux, uy)
       end do
-      call support_midpoints(self, mesh)
+      if (allocated(self%ends)) call support_midpoints(self, mesh, ux, uy)
       self%any_gravity = any(self%acting(:self%n_acting)%kind == load_gravity)
    end subroutine begin_step
 
@@ -247,33 +298,39 @@ contains
       type(load_definition_t), intent(in) :: definitions(:)
       type(mesh_t), intent(in) :: mesh
       integer, intent(in) :: node, dof
-      integer :: i
+      integer :: i, ends(2)
       named = .false.
       do i = 1, size(definitions)
          if (definitions(i)%kind == load_support .and. dof >= definitions(i)%first_dof .and. dof <= definitions(i)%last_dof) &
             named = named .or. acts_on_node(definitions(i), mesh, node)
       end do
-      if (named .or. self%ends(1, node) == 0) return
-      named = is_named(self, definitions, mesh, self%ends(1, node), dof)
-      if (named) named = is_named(self, definitions, mesh, self%ends(2, node), dof)
+      ends = ends_of(self, node)
+      if (named .or. ends(1) == 0) return
+      named = is_named(self, definitions, mesh, ends(1), dof)
+      if (named) named = is_named(self, definitions, mesh, ends(2), dof)
    end function is_named
 
    !> Midpoints of boundary edges are held where both ends are, between them: by their place, for those that cracks from the
    !> start made lie anywhere. Nodes come in order of creation, so ends that are midpoints themselves have been seen to.
-   subroutine support_midpoints(self, mesh)
+   subroutine support_midpoints(self, mesh, ux, uy)
       type(loads_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
-      integer :: n, dof
+      !> displacements now [length], (nodes)
+      real(wp), intent(in) :: ux(:), uy(:)
+      integer :: n, dof, p, a, b
       real(wp) :: part
       do n = 1, mesh%n_nodes
          if (self%ends(1, n) == 0) cycle
          part = part_between(mesh, n, self%ends(:, n))
          do dof = 1, 2
             if (.not. (self%is_held(dof, self%ends(1, n)) .and. self%is_held(dof, self%ends(2, n)))) cycle
-            self%support(dof, n)%to = (1 - part)*self%support(dof, self%ends(1, n))%to &
-                                      + part*self%support(dof, self%ends(2, n))%to
-            self%support(dof, n)%amplitude = self%support(dof, self%ends(1, n))%amplitude
-            self%support(dof, n)%is_velocity = self%support(dof, self%ends(1, n))%is_velocity
+            call take_place(self, n, [ux(n), uy(n)])
+            p = self%place(n)
+            a = self%place(self%ends(1, n))
+            b = self%place(self%ends(2, n))
+            self%support(dof, p)%to = (1 - part)*self%support(dof, a)%to + part*self%support(dof, b)%to
+            self%support(dof, p)%amplitude = self%support(dof, a)%amplitude
+            self%support(dof, p)%is_velocity = self%support(dof, a)%is_velocity
             if (dof == 1) self%free_x(n) = 0
             if (dof == 2) self%free_y(n) = 0
          end do
@@ -323,19 +380,22 @@ contains
    end function acts_on_element
 
    !> Let a definition act: it takes the place of those with the same target, or joins.
-   subroutine act(self, mesh, definition)
+   subroutine act(self, mesh, definition, ux, uy)
       class(loads_t), intent(inout) :: self
       type(mesh_t), intent(inout) :: mesh
       type(load_definition_t), intent(in) :: definition
+      !> displacements now [length], (nodes)
+      real(wp), intent(in) :: ux(:), uy(:)
       integer :: d, n, dof, i
       logical :: is_new
       if (definition%kind == load_support) then
          do n = 1, mesh%n_nodes
             if (.not. acts_on_node(definition, mesh, n)) cycle
+            call take_place(self, n, [ux(n), uy(n)])
             do dof = definition%first_dof, definition%last_dof
-               self%support(dof, n)%to = definition%value
-               self%support(dof, n)%amplitude = definition%amplitude
-               self%support(dof, n)%is_velocity = definition%is_velocity
+               self%support(dof, self%place(n))%to = definition%value
+               self%support(dof, self%place(n))%amplitude = definition%amplitude
+               self%support(dof, self%place(n))%is_velocity = definition%is_velocity
                if (dof == 1) self%free_x(n) = 0
                if (dof == 2) self%free_y(n) = 0
             end do
@@ -566,9 +626,13 @@ contains
    pure real(wp) function scale(self, n_nodes)
       class(loads_t), intent(in) :: self
       integer, intent(in) :: n_nodes
+      if (.not. allocated(self%applied)) then
+         scale = sqrt(dot_product(self%px(:n_nodes), self%px(:n_nodes)) + dot_product(self%py(:n_nodes), self%py(:n_nodes)))
+         return
+      end if
       scale = sqrt(dot_product(self%applied(1, :n_nodes), self%applied(1, :n_nodes)) &
                    + dot_product(self%applied(2, :n_nodes), self%applied(2, :n_nodes)))
-      if (allocated(self%initial)) scale = max(scale, norm2(self%initial(:, :n_nodes)))
+      scale = max(scale, norm2(self%initial(:, :n_nodes)))
    end function scale
 
    !> Value of a ramp.
@@ -605,10 +669,11 @@ contains
       real(wp), intent(in) :: fraction, time
       integer :: n, dof
       do n = 1, n_nodes
-         if (self%is_held(1, n)) self%cx(n) = value_at(self, self%support(1, n), fraction, time)
-         if (self%is_held(2, n)) self%cy(n) = value_at(self, self%support(2, n), fraction, time)
+         if (self%place(n) == 0) cycle
+         if (self%is_held(1, n)) self%cx(n) = value_at(self, self%support(1, self%place(n)), fraction, time)
+         if (self%is_held(2, n)) self%cy(n) = value_at(self, self%support(2, self%place(n)), fraction, time)
          do dof = 1, 2
-            associate (ramp => self%support(dof, n))
+            associate (ramp => self%support(dof, self%place(n)))
                if (.not. ramp%is_velocity) cycle
                ramp%now = ramp%to
                if (ramp%amplitude > 0) ramp%now = ramp%to*self%amplitudes(ramp%amplitude)%at(time)
@@ -623,7 +688,7 @@ contains
       integer, intent(in) :: dof, node
       !> part of the step that is done [-], step time [time]
       real(wp), intent(in) :: fraction, time
-      support_at = value_at(self, self%support(dof, node), fraction, time)
+      support_at = value_at(self, self%support(dof, self%place(node)), fraction, time)
    end function support_at
 
    !> Applied forces at a fraction of the step.
@@ -658,9 +723,10 @@ contains
       if (self%n_tags > 0) call self%add_pressures(mesh, material)
       if (self%any_gravity) call self%add_gravity(mesh, material)
       call add_crack_pressures(self, mesh, material)
+      if (.not. allocated(self%initial)) return
+      call grow(self%applied, size(self%px), 2)
       self%applied(1, :mesh%n_nodes) = self%px(:mesh%n_nodes)
       self%applied(2, :mesh%n_nodes) = self%py(:mesh%n_nodes)
-      if (.not. allocated(self%initial)) return
       self%px(:mesh%n_nodes) = self%px(:mesh%n_nodes) - self%initial(1, :mesh%n_nodes)
       self%py(:mesh%n_nodes) = self%py(:mesh%n_nodes) - self%initial(2, :mesh%n_nodes)
    end subroutine gather
@@ -764,19 +830,20 @@ contains
          call reserve_nodes(self, n)
          self%cx(n) = self%cx(a)
          self%cy(n) = self%cy(a)
-         self%ends(:, n) = self%ends(:, a)
-         if (b > 0) self%ends(:, n) = merge([a, b], 0, changes%on_boundary(i))
+         call inherit_ends(self, n, [a, b], changes%on_boundary(i))
          if (b > 0) then
             self%cx(n) = 0.5_wp*(self%cx(a) + self%cx(b))
             self%cy(n) = 0.5_wp*(self%cy(a) + self%cy(b))
          end if
+         if (self%place(a) > 0) call take_place(self, n, [0.0_wp, 0.0_wp])
          do dof = 1, 2
-            self%support(dof, n) = self%support(dof, a)
             held = self%is_held(dof, a)
+            if (self%place(a) > 0) self%support(dof, self%place(n)) = self%support(dof, self%place(a))
             if (b > 0) then
                held = held .and. changes%on_boundary(i)
                if (held) held = self%is_held(dof, b)
-               if (held) self%support(dof, n) = mean_ramp(self%support(dof, a), self%support(dof, b))
+               if (held) self%support(dof, self%place(n)) = mean_ramp(self%support(dof, self%place(a)), &
+                                                                      self%support(dof, self%place(b)))
             end if
             if (dof == 1) self%free_x(n) = merge(0.0_wp, 1.0_wp, held)
             if (dof == 2) self%free_y(n) = merge(0.0_wp, 1.0_wp, held)
@@ -787,11 +854,21 @@ contains
       end do
    end subroutine adopt
 
+   !> A copy lies on the boundary edge that its node is the midpoint of; a midpoint of one remembers its ends.
+   subroutine inherit_ends(self, node, parent, on_boundary)
+      class(loads_t), intent(inout) :: self
+      integer, intent(in) :: node, parent(2)
+      logical, intent(in) :: on_boundary
+      if (parent(2) > 0 .and. on_boundary) call grow(self%ends, size(self%px), 2)
+      if (.not. allocated(self%ends)) return
+      self%ends(:, node) = self%ends(:, parent(1))
+      if (parent(2) > 0) self%ends(:, node) = merge(parent, 0, on_boundary)
+   end subroutine inherit_ends
+
    !> Follow new numbers: forces on nodes that are gone go with them, and what means one node or element means its deputy.
    subroutine renumber(self, map)
       class(loads_t), intent(inout) :: self
       type(renumbering_t), intent(in) :: map
-      type(ramp_t), allocatable :: support(:, :)
       integer :: i, n, d
       call carry(self%px, map%node_from)
       call carry(self%py, map%node_from)
@@ -802,14 +879,14 @@ contains
       call carry(self%cx, map%node_from)
       call carry(self%cy, map%node_from)
       call carry(self%ends, map%node_from)
-      allocate (support(2, map%n_nodes))
-      do n = 1, map%n_nodes
-         support(:, n) = self%support(:, map%node_from(n))
+      call carry(self%place, map%node_from)
+      do n = 1, size(self%place)                ! of nodes that are gone there may be places without a node
+         if (n > map%n_nodes) self%place(n) = 0
+         if (n > map%n_nodes .or. .not. allocated(self%ends)) cycle
          if (self%ends(1, n) == 0) cycle
          self%ends(:, n) = map%node(self%ends(:, n))
          if (any(self%ends(:, n) == 0)) self%ends(:, n) = 0
       end do
-      call move_alloc(support, self%support)
       n = 0
       do i = 1, self%n_forces
          if (map%node(self%force(i)%node) == 0) cycle

@@ -19,8 +19,8 @@ contains
       end if
       do i = 1, changes%n_nodes
          n = changes%node(i)
-         if (self%is_held(1, n)) self%cx(n) = value_at(self, self%support(1, n), fraction, time)
-         if (self%is_held(2, n)) self%cy(n) = value_at(self, self%support(2, n), fraction, time)
+         if (self%is_held(1, n)) self%cx(n) = value_at(self, self%support(1, self%place(n)), fraction, time)
+         if (self%is_held(2, n)) self%cy(n) = value_at(self, self%support(2, self%place(n)), fraction, time)
       end do
       do i = 1, self%n_forces
          self%force(i)%ramp%now = value_at(self, self%force(i)%ramp, fraction, time)
@@ -65,9 +65,9 @@ contains
                if (self%n_tags > 0) call press_node(self, mesh, material, node, around(:n))
                if (self%any_gravity) call weigh_node(self, mesh, material, node, around(:n))
             end if
+            if (.not. allocated(self%initial)) cycle
             self%applied(1, node) = self%px(node)
             self%applied(2, node) = self%py(node)
-            if (.not. allocated(self%initial)) cycle
             self%px(node) = self%px(node) - self%initial(1, node)
             self%py(node) = self%py(node) - self%initial(2, node)
          end do

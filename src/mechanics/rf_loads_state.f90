@@ -17,6 +17,8 @@ contains
       call archive%exchange('cx', self%cx)
       call archive%exchange('cy', self%cy)
       call exchange_supports(self, archive)
+      call archive%exchange('place', self%place)
+      call archive%exchange('n_supported', self%n_supported)
       call archive%exchange('ends', self%ends)
       call archive%exchange('n_forces', self%n_forces)
       call exchange_forces(self, archive)

@@ -140,7 +140,7 @@ contains
          p = self%of_node(n)
          held(1, p) = held(1, p) .or. loads%free_x(n) < 0.5_wp
          held(2, p) = held(2, p) .or. loads%free_y(n) < 0.5_wp
-         if (maxval(abs(loads%applied(:, n))) > 0) self%loaded(p) = .true.      ! an initial stress drives no piece as a whole
+         if (maxval(abs(loads%force_at(n))) > 0) self%loaded(p) = .true.      ! an initial stress drives no piece as a whole
       end do
       if (present(bonds)) call share(self, bonds, held)
       self%supported = held(1, :) .or. held(2, :)

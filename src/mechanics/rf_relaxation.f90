@@ -70,8 +70,8 @@ module rf_relaxation
       real(wp) :: kinetic_before = 0
       !> scale of the loads, largest force in any step [force]
       real(wp) :: applied = 0, largest = 0
-      !> displacements at the start [length], (nodes)
-      real(wp), allocatable :: start_x(:), start_y(:)
+      !> sum over the nodes of each piece of the displacements at the start [length], (2, pieces)
+      real(wp), allocatable :: start(:, :)
    end type progress_t
 
    type :: relaxation_t
@@ -95,7 +95,7 @@ module rf_relaxation
       real(wp), private :: viscous = -1
       type(progress_t), private :: now
       !> per node: its residual counts; its motion enters the damping; its residual is summed by the step kernel (not by
-      !> contact); part of the velocity that it keeps in a step
+      !> contact); part of the velocity that it keeps in a step. Of size 0 where all nodes have 1
       real(wp), allocatable, private :: counted(:), paced(:), measured(:), keep(:)
       real(wp), allocatable, private :: partial(:, :)
       logical, allocatable, private :: special(:), touching(:)
@@ -138,7 +138,7 @@ contains
       if (.not. self%under_way) then
          call contact%weigh(rows%inverse_mass, loads%free_x, loads%free_y)
          call pieces%look_at_loads(loads, contact%bonds())
-         call self%start(mesh, loads, motion)
+         call self%start(mesh, loads, pieces, motion)
       end if
       call self%prepare_masks(mesh, rows, contact, loads, pieces)
       call contact%arrange(mesh%n_nodes, rows%inverse_mass, loads%free_x, loads%free_y, self%counted)
@@ -178,10 +178,11 @@ contains
    end subroutine equilibrate
 
    !> A relaxation begins: the body is at rest, supports are where they have to be.
-   subroutine start(self, mesh, loads, motion)
+   subroutine start(self, mesh, loads, pieces, motion)
       class(relaxation_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(loads_t), intent(in) :: loads
+      type(pieces_t), intent(in) :: pieces
       type(motion_t), intent(inout) :: motion
       integer :: n
       call motion%reserve(mesh%n_nodes)
@@ -197,8 +198,7 @@ contains
       self%now%kinetic_before = 0
       self%now%applied = loads%scale(mesh%n_nodes)
       self%now%largest = 0
-      self%now%start_x = motion%ux(:mesh%n_nodes)
-      self%now%start_y = motion%uy(:mesh%n_nodes)
+      self%now%start = summed_displacements(mesh, pieces, motion)
       self%iterations = 0
    end subroutine start
 
@@ -331,10 +331,12 @@ contains
       type(pieces_t), intent(in) :: pieces
       integer :: n, b
       logical :: loose, slides
-      call grow(self%counted, mesh%n_nodes)
-      call grow(self%paced, mesh%n_nodes)
-      call grow(self%measured, mesh%n_nodes)
-      call grow(self%keep, mesh%n_nodes)
+      logical :: all_hang
+      all_hang = all((pieces%supported .or. pieces%loaded) .and. (.not. pieces%slides .or. pieces%loaded))
+      call make_room(self%counted, merge(0, mesh%n_nodes, all_hang))
+      call make_room(self%paced, merge(0, mesh%n_nodes, all_hang))
+      call make_room(self%keep, merge(0, mesh%n_nodes, all_hang))
+      call make_room(self%measured, merge(0, mesh%n_nodes, all_hang .and. contact%n_nodes == 0))
       call grow(self%partial, rows%n_blocks, n_sums)
       call grow(self%special, rows%n_blocks)
       call grow(self%touching, rows%n_blocks)
@@ -342,19 +344,32 @@ contains
       self%touching = .false.
       do n = 1, mesh%n_nodes
          b = (n - 1)/block_size + 1
+         if (loads%is_held(1, n) .or. loads%is_held(2, n)) self%special(b) = .true.
+         if (all_hang) cycle
          loose = .not. (pieces%supported(pieces%of_node(n)) .or. pieces%loaded(pieces%of_node(n)))
          self%counted(n) = merge(0.0_wp, 1.0_wp, loose)
          self%measured(n) = self%counted(n)
          slides = pieces%slides(pieces%of_node(n)) .and. .not. pieces%loaded(pieces%of_node(n))
          self%paced(n) = merge(0.0_wp, 1.0_wp, loose .or. slides)
          self%keep(n) = merge(loose_keep, 1.0_wp, loose .or. slides)
-         if (loose .or. slides .or. loads%is_held(1, n) .or. loads%is_held(2, n)) self%special(b) = .true.
+         if (loose .or. slides) self%special(b) = .true.
       end do
       do n = 1, contact%n_nodes
          self%measured(contact%node(n)) = 0
          self%touching((contact%node(n) - 1)/block_size + 1) = .true.
       end do
    end subroutine prepare_masks
+
+   !> Room for n nodes that have 1; none for none.
+   subroutine make_room(values, n)
+      real(wp), allocatable, intent(inout) :: values(:)
+      integer, intent(in) :: n
+      if (allocated(values)) then
+         if (n == 0 .and. size(values) > 0) deallocate (values)
+      end if
+      call grow(values, n)
+      values = 1
+   end subroutine make_room
 
    !> Decide how the relaxation ended (theory: eqs. 12 and 15).
    subroutine judge_failure(self, mesh, loads, pieces, motion, sums, scale, tolerance)
@@ -386,30 +401,29 @@ contains
       end if
       self%outcome = relaxation_failed
       if (self%residual <= rough_factor*tolerance) self%outcome = relaxed_roughly
-      self%piece = runaway_piece(mesh, loads, pieces, motion, self%now%start_x, self%now%start_y)
+      self%piece = runaway_piece(mesh, loads, pieces, motion, self%now%start)
       if (self%piece > 0) self%outcome = relaxation_mechanism
    end subroutine judge_failure
 
    !> The first piece that loads or supports drive, that no support holds, and that has moved far; 0 if there is none.
-   integer function runaway_piece(mesh, loads, pieces, motion, start_x, start_y) result(piece)
+   integer function runaway_piece(mesh, loads, pieces, motion, start) result(piece)
       type(mesh_t), intent(in) :: mesh
       type(loads_t), intent(in) :: loads
       type(pieces_t), intent(in) :: pieces
       type(motion_t), intent(in) :: motion
-      !> displacements at the start [length], (nodes)
-      real(wp), intent(in) :: start_x(:), start_y(:)
+      !> sums of displacements at the start [length], (2, pieces)
+      real(wp), intent(in) :: start(:, :)
       real(wp), allocatable :: movement(:, :)
       integer, allocatable :: nodes(:), held(:, :)
       integer :: n, p
-      allocate (movement(2, pieces%n), source=0.0_wp)
       allocate (nodes(pieces%n), held(2, pieces%n), source=0)
       do n = 1, mesh%n_nodes
          p = pieces%of_node(n)
          nodes(p) = nodes(p) + 1
          if (loads%is_held(1, n)) held(1, p) = held(1, p) + 1
          if (loads%is_held(2, n)) held(2, p) = held(2, p) + 1
-         movement(:, p) = movement(:, p) + [motion%ux(n) - start_x(n), motion%uy(n) - start_y(n)]
       end do
+      movement = summed_displacements(mesh, pieces, motion) - start
       do piece = 1, pieces%n
          if (sum(held(:, piece)) >= 3 .and. all(held(:, piece) > 0)) cycle     ! fewer leave a rigid motion free
          if (.not. (pieces%loaded(piece) .or. pieces%supported(piece))) cycle
@@ -417,6 +431,21 @@ contains
       end do
       piece = 0
    end function runaway_piece
+
+   !> Sum of the displacements of each piece's nodes [length], (2, pieces).
+   pure function summed_displacements(mesh, pieces, motion) result(sums)
+      type(mesh_t), intent(in) :: mesh
+      type(pieces_t), intent(in) :: pieces
+      type(motion_t), intent(in) :: motion
+      real(wp), allocatable :: sums(:, :)
+      integer :: n, p
+      allocate (sums(2, pieces%n), source=0.0_wp)
+      do n = 1, mesh%n_nodes
+         p = pieces%of_node(n)
+         sums(1, p) = sums(1, p) + motion%ux(n)
+         sums(2, p) = sums(2, p) + motion%uy(n)
+      end do
+   end function summed_displacements
 
    !> Force of the supports on the body at the present state [force], (2, nodes); zero at free directions.
    subroutine reaction(mesh, contact, loads, motion, force)
@@ -460,8 +489,7 @@ contains
          call archive%exchange('kinetic_before', now%kinetic_before)
          call archive%exchange('applied', now%applied)
          call archive%exchange('largest', now%largest)
-         call archive%exchange('start_x', now%start_x)
-         call archive%exchange('start_y', now%start_y)
+         call archive%exchange('start', now%start)
       end associate
    end subroutine exchange
 

@@ -59,7 +59,7 @@ contains
       sums = [found%force, found%moment]
       do n = 1, mesh%n_nodes
          if (.not. beyond(n)) cycle
-         f = reaction(:, n) + loads%applied(:, n)
+         f = reaction(:, n) + loads%force_at(n)
          sums = sums + [f, moment_of(f, mesh%x(:, n) - line%point)]
       end do
       norm = norm2(reaction(:, :mesh%n_nodes))

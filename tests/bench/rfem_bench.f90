@@ -367,6 +367,7 @@ contains
       type(snapshot_t) :: last, before, beyond
       real(wp) :: empty
       empty = resident()
+      model%failure%watching = everything
       call make_body(elements, 'HILBERT', everything, model)
       model%relaxation%settings%max_iterations = 3
       call model%equilibrate(never)

@@ -283,13 +283,15 @@ contains
       type(loads_t) :: loads
       type(rows_t) :: rows
       type(pieces_t) :: pieces
-      integer :: n
+      integer :: n, i
       n = body%mesh%n_nodes
       loads = body%loads
       call loads%apply(body%mesh, body%material, 0.5_wp, 0.5_wp)
       if (any(differ(loads%px(:n), body%loads%px(:n)) .or. differ(loads%py(:n), body%loads%py(:n)))) problem = 'forces on nodes'
       if (any(differ(loads%cx(:n), body%loads%cx(:n)) .or. differ(loads%cy(:n), body%loads%cy(:n)))) problem = 'supports'
-      if (any(differ(loads%applied(:, :n), body%loads%applied(:, :n)))) problem = 'applied forces'
+      do i = 1, n
+         if (any(differ(loads%force_at(i), body%loads%force_at(i)))) problem = 'applied forces'
+      end do
       call pieces%find(body%mesh)
       if (pieces%n /= body%pieces%n) problem = 'the number of pieces'
       if (any(pieces%of_node(:n) /= body%pieces%of_node(:n))) problem = 'pieces of nodes'
