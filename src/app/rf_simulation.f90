@@ -86,7 +86,7 @@ module rf_simulation
       ! rf_dynamic_step
       procedure, private :: begin_time_steps, one_time_step
       ! rf_excavation
-      procedure, private :: excavate
+      procedure, private :: excavate, follow_growth
       ! rf_endings
       procedure, private :: stop_as_mechanism, stop_not_finite, stop_not_converged
    end type simulation_t
@@ -148,6 +148,12 @@ module rf_simulation
          class(simulation_t), intent(inout) :: self
          integer, intent(in) :: s
       end subroutine excavate
+
+      !> Number the mesh anew where it has grown enough. The states that the run may come back to are not carried: this stands
+      !> where the present state is taken next.
+      module subroutine follow_growth(self)
+         class(simulation_t), intent(inout) :: self
+      end subroutine follow_growth
 
       !> A piece that loads drive comes to no rest: the expected end under load control. The last equilibrium is the answer.
       module subroutine stop_as_mechanism(self)

@@ -19,6 +19,8 @@ module rf_mesh
       !> nodes and elements of the deck, or those that were there when the numbers last changed (rf_renumber); those after
       !> them came by splitting
       integer :: n_deck_nodes = 0, n_deck_elements = 0
+      !> internal numbering (rf_ordering)
+      integer :: ordering = 0
       !> largest ids given so far: new nodes and elements count on from them
       integer :: last_node_id = 0, last_element_id = 0
       !> longest side of the box round all nodes, diagonal of that box, mean edge length [length]

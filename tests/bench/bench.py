@@ -2,7 +2,7 @@
 
     ./run bench [--quick] [--long] [--only NAME,..] [--peers] [--no-report]
 
-Parts (--only): step, look, event, memory, files, runs, direct. Figures of parts that are left out are taken from the
+Parts (--only): step, look, event, growth, memory, files, runs, direct. Figures of parts that are left out are taken from the
 last bench.json. It is no test: nothing fails because a machine is slow.
 """
 
