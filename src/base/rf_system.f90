@@ -5,8 +5,8 @@ module rf_system
    use rf_kinds, only: i8
    implicit none
    private
-   public :: is_terminal, path_exists, is_folder, is_readable, read_whole, make_folders, rename_file, remove_file, sync_file, &
-      real_path, host_name, environment, process_id, exit_program, catch_signals, leave_signal, &
+   public :: is_terminal, path_exists, is_folder, is_readable, read_whole, make_folders, rename_file, remove_file, link_file, &
+      sync_file, sync_folder, real_path, host_name, environment, process_id, exit_program, catch_signals, leave_signal, &
       told_to_leave, told_to_save, refuse_large_files, read_ok, read_missing, &
       read_folder, read_refused, read_failed, read_too_large, largest_file
 
@@ -61,6 +61,11 @@ module rf_system
          character(kind=c_char), intent(in) :: old(*), new(*)
          integer(c_int) :: status
       end function c_rename
+      function c_link(old, new) bind(c, name='link') result(status)
+         import :: c_int, c_char
+         character(kind=c_char), intent(in) :: old(*), new(*)
+         integer(c_int) :: status
+      end function c_link
       function c_remove(path) bind(c, name='remove') result(status)
          import :: c_int, c_char
          character(kind=c_char), intent(in) :: path(*)
@@ -244,6 +249,13 @@ contains
       done = c_rename(old//c_null_char, new//c_null_char) == 0
    end function rename_file
 
+   !> Give a file a second name, which must not exist yet. True when done (not every file system can).
+   logical function link_file(old, new) result(done)
+      !> present and further path
+      character(len=*), intent(in) :: old, new
+      done = c_link(old//c_null_char, new//c_null_char) == 0
+   end function link_file
+
    !> Delete a file or an empty folder; true when it is gone.
    logical function remove_file(path) result(gone)
       !> path of the file
@@ -257,14 +269,26 @@ contains
    logical function sync_file(path) result(done)
       !> path of the file
       character(len=*), intent(in) :: path
+      done = synced(path, 'r+')
+   end function sync_file
+
+   !> Wait until the names of a folder's files lie on the disk; true when they do.
+   logical function sync_folder(path) result(done)
+      !> path of the folder
+      character(len=*), intent(in) :: path
+      done = synced(path, 'r')
+   end function sync_folder
+
+   logical function synced(path, mode) result(done)
+      character(len=*), intent(in) :: path, mode
       type(c_ptr) :: file
       integer(c_int) :: status
       done = .false.
-      file = c_fopen(path//c_null_char, 'r+'//c_null_char)
+      file = c_fopen(path//c_null_char, mode//c_null_char)
       if (.not. c_associated(file)) return
       done = c_fsync(c_fileno(file)) == 0
       status = c_fclose(file)
-   end function sync_file
+   end function synced
 
    !> Absolute path without links and dots; the path itself if it does not exist.
    function real_path(path) result(resolved)

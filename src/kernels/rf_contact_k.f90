@@ -1,8 +1,10 @@
-!> Contact impulses of node pairs by Gauss-Seidel, after Katona (1983): open, stick or slip, exact, no penalty.
-!> Pairs that share no node do not feel each other; each group of connected pairs is swept by itself to its own
-!> convergence, groups in parallel, with the same bits for any number of threads.
+!> Contact impulses of node pairs, after Katona (1983): open, stick or slip, exact, no penalty. Pairs that share no node do
+!> not feel each other: a lone pair is solved at once; a group of connected pairs is swept by Gauss-Seidel to its own
+!> convergence. Pairs belong to the block of nodes of their lowest node and are worked on by the thread that moved it, whose
+!> caches hold it. No result depends on the number of threads.
 module rf_contact_k
    use rf_kinds, only: wp
+   use rf_step_k, only: blocks_for_threads
    use rf_cohesive_k, only: cohesive_pair_t, solve_pair
    implicit none
    private
@@ -10,27 +12,28 @@ module rf_contact_k
 
    !> sweeps after which a group is left as it is until the next step
    integer, parameter :: max_sweeps = 30
-   !> groups below which a second thread costs more than it brings (a group of one pair takes some 50 ns, waking a thread
-   !> 10 to 50 us)
-   integer, parameter :: groups_for_threads = 1024
 
 contains
 
    !> Impulses that keep all pairs from interpenetrating and within Coulomb friction (theory: eqs. 17 to 22), applied
    !> to velocities and new displacements; residuals of the contact nodes with the contact forces in.
-   subroutine contact_step(n_groups, group_pair, group_node, node, pair_node, normal, normal_weight, tangent_weight, &
-                           friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, tolerance, b, &
-                           counted, inverse_mass, free_x, free_y, ux, uy, wx, wy, vx, vy, rx, ry, impulse, cohesive, separation, &
-                           force, partial)
-      integer, intent(in) :: n_groups
-      !> first pair and first contact node of each group, (groups + 1)
+   subroutine contact_step(n_blocks, block_lone, block_group, ordinary, group_pair, group_node, node, pair_node, normal, &
+                           weight, gain, friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, &
+                           mobility, counted, tolerance, warm, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, &
+                           impulse, cohesive, separation, force, jump, kick, partial)
+      integer, intent(in) :: n_blocks
+      !> first lone pair and first group of connected pairs of each block of nodes, (blocks + 1)
+      integer, intent(in), contiguous :: block_lone(:), block_group(:)
+      !> the block's lone pairs are free in all directions, and none softens, (blocks)
+      logical, intent(in), contiguous :: ordinary(:)
+      !> first pair and first contact node of each group, (groups + 1); the lone pairs come first
       integer, intent(in), contiguous :: group_pair(:), group_node(:)
       !> node of each contact node; contact nodes a and b of each pair, (2, pairs)
       integer, intent(in), contiguous :: node(:), pair_node(:, :)
       !> unit normal from a to b, (2, pairs)
       real(wp), intent(in), contiguous :: normal(:, :)
-      !> n.(1/m_a + 1/m_b).n and the same for the tangent; 0 where both sides are held
-      real(wp), intent(in), contiguous :: normal_weight(:), tangent_weight(:)
+      !> w of eq. 19, normal and tangential, and 1/w; both 0 where both sides are held, (2, pairs)
+      real(wp), intent(in), contiguous :: weight(:, :), gain(:, :)
       !> coefficient of friction [-], cohesive force [force], slip at which the friction force is zero-based [length]
       real(wp), intent(in), contiguous :: friction(:), cohesion(:), slip_reference(:)
       !> gap at which the faces touch, not above 0 [length], (pairs)
@@ -40,91 +43,182 @@ contains
       !> softening pairs: force of the full strength [force] and jump at which nothing is left [length], opening and slip,
       !> (2, pairs); largest separation of any accepted state [-], (pairs)
       real(wp), intent(in), contiguous :: cap(:, :), critical(:, :), damage(:)
+      !> 1/m of each contact node, 0 in directions that are held, (2, contact nodes)
+      real(wp), intent(in), contiguous :: mobility(:, :)
+      !> 1 where a contact node's residual counts, 0 on loose pieces, (contact nodes)
+      real(wp), intent(in), contiguous :: counted(:)
       !> largest change of an impulse in the last sweep, relative to the group's largest impulse
       real(wp), intent(in) :: tolerance
+      !> part of the last step's impulses from which connected pairs start
+      real(wp), intent(in) :: warm
       !> factor of r/m in the velocity update: a force F is the impulse b F
       real(wp), intent(in) :: b
       !> per node: see relaxation_step
-      real(wp), intent(in), contiguous :: counted(:), inverse_mass(:), free_x(:), free_y(:), ux(:), uy(:)
+      real(wp), intent(in), contiguous :: free_x(:), free_y(:), px(:), py(:), fx(:), fy(:), ux(:), uy(:)
       real(wp), intent(inout), contiguous :: wx(:), wy(:), vx(:), vy(:)
-      !> residuals without contact [force], (nodes)
-      real(wp), intent(in), contiguous :: rx(:), ry(:)
       !> normal and tangential impulse of each pair, (2, pairs)
       real(wp), intent(inout), contiguous :: impulse(:, :)
       !> softening pairs: the cohesive part of it, (2, pairs), and the separation, (pairs)
       real(wp), intent(inout), contiguous :: cohesive(:, :), separation(:)
-      !> contact force on each contact node [force], (2, contact nodes)
-      real(wp), intent(inout), contiguous :: force(:, :)
-      !> |r|^2 over free and over supported directions of each group, (2, groups)
+      !> workspace of the groups: contact forces [force] and changes of velocity, (2, contact nodes); gap and slip that each
+      !> pair would have without impulses, (2, pairs)
+      real(wp), intent(inout), contiguous :: force(:, :), jump(:, :), kick(:, :)
+      !> |r|^2 of the contact nodes over free and over supported directions, of each block, (2, blocks)
       real(wp), intent(inout), contiguous :: partial(:, :)
-      integer :: g
+      integer :: k
 
-      !$omp parallel do default(none) schedule(static) if (n_groups >= groups_for_threads) &
-      !$omp    shared(n_groups, group_pair, group_node, node, pair_node, normal, normal_weight, tangent_weight, friction, &
-      !$omp           cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, tolerance, b, counted, &
-      !$omp           inverse_mass, free_x, free_y, ux, uy, wx, wy, vx, vy, rx, ry, impulse, cohesive, separation, &
-      !$omp           force, partial) private(g)
-      do g = 1, n_groups
-         call sweep_group(group_pair(g), group_pair(g + 1) - 1, node, pair_node, normal, normal_weight, tangent_weight, &
-                          friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, tolerance, b, &
-                          inverse_mass, free_x, free_y, ux, uy, vx, vy, impulse, cohesive, separation)
-         call add_forces(group_pair(g), group_pair(g + 1) - 1, group_node(g), group_node(g + 1) - 1, node, pair_node, &
-                         normal, b, counted, free_x, free_y, ux, uy, wx, wy, vx, vy, rx, ry, impulse, force, partial(:, g))
+      !$omp parallel do default(none) schedule(static) if (n_blocks >= blocks_for_threads) &
+      !$omp    shared(n_blocks, block_lone, block_group, ordinary, group_pair, group_node, node, pair_node, normal, weight, gain, &
+      !$omp           friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, &
+      !$omp           counted, tolerance, warm, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, &
+      !$omp           impulse, cohesive, separation, force, jump, kick, partial) private(k)
+      do k = 1, n_blocks
+         partial(:, k) = 0
+         if (ordinary(k)) then
+            call solve_lone(block_lone(k), block_lone(k + 1) - 1, node, normal, gain, friction, cohesion, slip_reference, &
+                            gap_reference, mobility, counted, b, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, partial(:, k))
+         else
+            call solve_groups(block_lone(k), block_lone(k + 1) - 1, group_pair, group_node, node, pair_node, normal, weight, gain, &
+                              friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, &
+                              counted, tolerance, 0.0_wp, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, &
+                              cohesive, separation, force, jump, kick, partial(:, k))
+         end if
+         call solve_groups(block_group(k), block_group(k + 1) - 1, group_pair, group_node, node, pair_node, normal, weight, gain, &
+                           friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, &
+                           counted, tolerance, warm, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, &
+                           cohesive, separation, force, jump, kick, partial(:, k))
       end do
       !$omp end parallel do
    end subroutine contact_step
 
-   !> Sweep one group of pairs until its impulses stand.
-   subroutine sweep_group(first, last, node, pair_node, normal, normal_weight, tangent_weight, friction, cohesion, &
-                          slip_reference, gap_reference, bonded, rigid, cap, critical, damage, tolerance, b, inverse_mass, &
-                          free_x, free_y, ux, uy, vx, vy, impulse, cohesive, separation)
-      !> pairs of the group
+   !> Lone pairs whose nodes are free: the normal impulse makes no slip and the tangential one no gap, so each is known at
+   !> once. Pairs and contact nodes are numbered alike: those of pair p are 2p - 1 and 2p.
+   subroutine solve_lone(first, last, node, normal, gain, friction, cohesion, slip_reference, gap_reference, mobility, &
+                         counted, b, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, sums)
+      !> pairs
       integer, intent(in) :: first, last
-      !> see contact_step; without descriptors, which cost as much as the sweep of a lone pair
-      integer, intent(in) :: node(*), pair_node(2, *)
-      real(wp), intent(in) :: normal(2, *), normal_weight(*), tangent_weight(*), friction(*), cohesion(*)
+      !> see contact_step; without descriptors
+      integer, intent(in) :: node(2, *)
+      real(wp), intent(in) :: normal(2, *), gain(2, *), friction(*), cohesion(*), slip_reference(*), gap_reference(*)
+      real(wp), intent(in) :: mobility(2, 2, *), counted(2, *), b, px(*), py(*), fx(*), fy(*), ux(*), uy(*)
+      real(wp), intent(inout) :: wx(*), wy(*), vx(*), vy(*), impulse(2, *), sums(2)
+      real(wp) :: nx, ny, x, y, pressing, sliding, bound, residual, per_b
+      integer :: p, i, j
+      residual = 0
+      per_b = 1/b
+      do p = first, last
+         i = node(1, p)
+         j = node(2, p)
+         nx = normal(1, p)
+         ny = normal(2, p)
+         x = ux(j) - ux(i) + (vx(j) - vx(i))
+         y = uy(j) - uy(i) + (vy(j) - vy(i))
+         pressing = max(0.0_wp, (gap_reference(p) - (nx*x + ny*y))*gain(1, p))
+         bound = friction(p)*pressing + merge(b*cohesion(p), 0.0_wp, pressing > 0)
+         sliding = min(bound, max(-bound, (slip_reference(p) - (nx*y - ny*x))*gain(2, p)))
+         impulse(1, p) = pressing
+         impulse(2, p) = sliding
+         x = nx*pressing - ny*sliding      ! the tangent is (-ny, nx)
+         y = ny*pressing + nx*sliding
+         vx(i) = vx(i) - mobility(1, 1, p)*x
+         vy(i) = vy(i) - mobility(1, 1, p)*y
+         vx(j) = vx(j) + mobility(1, 2, p)*x
+         vy(j) = vy(j) + mobility(1, 2, p)*y
+         wx(i) = ux(i) + vx(i)
+         wy(i) = uy(i) + vy(i)
+         wx(j) = ux(j) + vx(j)
+         wy(j) = uy(j) + vy(j)
+         x = x*per_b
+         y = y*per_b
+         residual = residual + counted(1, p)*((px(i) - fx(i) - x)**2 + (py(i) - fy(i) - y)**2) &
+                    + counted(2, p)*((px(j) - fx(j) + x)**2 + (py(j) - fy(j) + y)**2)
+      end do
+      sums(1) = sums(1) + residual
+   end subroutine solve_lone
+
+   !> Groups of pairs one by one.
+   subroutine solve_groups(first, last, group_pair, group_node, node, pair_node, normal, weight, gain, friction, cohesion, &
+                           slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, counted, tolerance, &
+                           warm, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, cohesive, separation, &
+                           force, jump, kick, sums)
+      !> groups
+      integer, intent(in) :: first, last
+      !> see contact_step; without descriptors
+      integer, intent(in) :: group_pair(*), group_node(*), node(*), pair_node(2, *)
+      real(wp), intent(in) :: normal(2, *), weight(2, *), gain(2, *), friction(*), cohesion(*), slip_reference(*)
+      real(wp), intent(in) :: gap_reference(*), cap(2, *), critical(2, *), damage(*), mobility(2, *), counted(*)
       logical, intent(in) :: bonded(*), rigid(*)
-      real(wp), intent(in) :: slip_reference(*), gap_reference(*), cap(2, *), critical(2, *), damage(*), tolerance, b
-      real(wp), intent(in) :: inverse_mass(*)
-      real(wp), intent(in) :: free_x(*), free_y(*), ux(*), uy(*)
-      real(wp), intent(inout) :: vx(*), vy(*), impulse(2, *), cohesive(2, *), separation(*)
-      real(wp) :: change, largest, now, before, bound, nx, ny, x, y
+      real(wp), intent(in) :: tolerance, warm, b, free_x(*), free_y(*), px(*), py(*), fx(*), fy(*), ux(*), uy(*)
+      real(wp), intent(inout) :: wx(*), wy(*), vx(*), vy(*), impulse(2, *), cohesive(2, *), separation(*)
+      real(wp), intent(inout) :: force(2, *), jump(2, *), kick(2, *), sums(2)
+      integer :: g
+      do g = first, last
+         call sweep_group(group_pair(g), group_pair(g + 1) - 1, group_node(g), group_node(g + 1) - 1, node, pair_node, normal, &
+                          weight, gain, friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, &
+                          mobility, tolerance, warm, b, ux, uy, vx, vy, impulse, cohesive, separation, jump, kick)
+         call move_nodes(group_pair(g), group_pair(g + 1) - 1, group_node(g), group_node(g + 1) - 1, node, pair_node, normal, &
+                         counted, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, force, kick, sums)
+      end do
+   end subroutine solve_groups
+
+   !> Sweep one group of pairs until its impulses stand. It works on what the impulses change of the velocities (kick).
+   subroutine sweep_group(first, last, first_node, last_node, node, pair_node, normal, weight, gain, friction, cohesion, &
+                          slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, tolerance, warm, b, &
+                          ux, uy, vx, vy, impulse, cohesive, separation, jump, kick)
+      !> pairs and contact nodes of the group
+      integer, intent(in) :: first, last, first_node, last_node
+      !> see contact_step; without descriptors
+      integer, intent(in) :: node(*), pair_node(2, *)
+      real(wp), intent(in) :: normal(2, *), weight(2, *), gain(2, *), friction(*), cohesion(*), slip_reference(*)
+      real(wp), intent(in) :: gap_reference(*), cap(2, *), critical(2, *), damage(*), mobility(2, *), tolerance, warm, b
+      logical, intent(in) :: bonded(*), rigid(*)
+      real(wp), intent(in) :: ux(*), uy(*), vx(*), vy(*)
+      real(wp), intent(inout) :: impulse(2, *), cohesive(2, *), separation(*), jump(2, *), kick(2, *)
+      real(wp) :: change, largest, now, delta, bound, nx, ny, x, y
       integer :: sweep, p, i, j
-      impulse(:, first:last) = 0
+      kick(:, first_node:last_node) = 0
+      do p = first, last
+         i = node(pair_node(1, p))
+         j = node(pair_node(2, p))
+         x = ux(j) - ux(i) + (vx(j) - vx(i))
+         y = uy(j) - uy(i) + (vy(j) - vy(i))
+         jump(1, p) = normal(1, p)*x + normal(2, p)*y - gap_reference(p)
+         jump(2, p) = normal(1, p)*y - normal(2, p)*x
+         impulse(:, p) = warm*impulse(:, p)
+         nx = normal(1, p)*impulse(1, p) - normal(2, p)*impulse(2, p)
+         ny = normal(2, p)*impulse(1, p) + normal(1, p)*impulse(2, p)
+         call push(pair_node(1, p), pair_node(2, p), nx, ny)
+      end do
       do sweep = 1, max_sweeps
          change = 0
          largest = 0
          do p = first, last
-            i = node(pair_node(1, p))
-            j = node(pair_node(2, p))
+            i = pair_node(1, p)
+            j = pair_node(2, p)
             nx = normal(1, p)
             ny = normal(2, p)
+            x = kick(1, j) - kick(1, i)
+            y = kick(2, j) - kick(2, i)
             if (bonded(p)) then
                call soften()
                cycle
             end if
-            x = ux(j) - ux(i) + (vx(j) - vx(i))
-            y = uy(j) - uy(i) + (vy(j) - vy(i))
-            if (normal_weight(p) > 0) then
-               before = impulse(1, p)
-               now = max(0.0_wp, before - (nx*x + ny*y - gap_reference(p))/normal_weight(p))
-               impulse(1, p) = now
-               call push(i, j, nx*(now - before), ny*(now - before))
-               change = max(change, abs(now - before))
-               largest = max(largest, now)
-            end if
-            if (tangent_weight(p) > 0) then      ! the tangent is (-ny, nx)
-               x = ux(j) - ux(i) + (vx(j) - vx(i))
-               y = uy(j) - uy(i) + (vy(j) - vy(i))
-               bound = friction(p)*impulse(1, p)
-               if (impulse(1, p) > 0) bound = bound + b*cohesion(p)
-               before = impulse(2, p)
-               now = before - (nx*y - ny*x - slip_reference(p))/tangent_weight(p)
-               now = min(bound, max(-bound, now))
-               impulse(2, p) = now
-               call push(i, j, -ny*(now - before), nx*(now - before))
-               change = max(change, abs(now - before))
-            end if
+            now = max(0.0_wp, impulse(1, p) - (jump(1, p) + nx*x + ny*y)*gain(1, p))
+            delta = now - impulse(1, p)
+            impulse(1, p) = now
+            change = max(change, abs(delta))
+            largest = max(largest, now)
+            x = x + (mobility(1, i) + mobility(1, j))*nx*delta
+            y = y + (mobility(2, i) + mobility(2, j))*ny*delta
+            bound = friction(p)*now + merge(b*cohesion(p), 0.0_wp, now > 0)
+            now = impulse(2, p) - (jump(2, p) + nx*y - ny*x - slip_reference(p))*gain(2, p)
+            now = min(bound, max(-bound, now))
+            x = nx*delta
+            y = ny*delta
+            delta = now - impulse(2, p)
+            impulse(2, p) = now
+            change = max(change, abs(delta))
+            call push(i, j, x - ny*delta, y + nx*delta)       ! the tangent is (-ny, nx)
          end do
          if (change <= tolerance*largest .or. is_exact()) exit
       end do
@@ -134,12 +228,10 @@ contains
       !> A pair that softens: both impulses at once.
       subroutine soften()
          type(cohesive_pair_t) :: pair
-         real(wp) :: jump(2), next(2)
-         x = ux(j) - ux(i) + (vx(j) - vx(i))
-         y = uy(j) - uy(i) + (vy(j) - vy(i))
-         jump = [nx*x + ny*y - gap_reference(p), nx*y - ny*x]
-         pair%weight = [normal_weight(p), tangent_weight(p)]
-         pair%free = jump - pair%weight*impulse(:, p)
+         real(wp) :: there(2), next(2)
+         there = jump(:, p) + [nx*x + ny*y, nx*y - ny*x]
+         pair%weight = weight(:, p)
+         pair%free = there - pair%weight*impulse(:, p)
          pair%cap = b*cap(:, p)
          pair%critical = critical(:, p)
          pair%damage = damage(p)
@@ -148,10 +240,10 @@ contains
          pair%bond = b*cohesion(p)
          pair%slip_reference = slip_reference(p)
          call solve_pair(pair, next, cohesive(:, p), separation(p))
-         jump = next - impulse(:, p)
+         there = next - impulse(:, p)
          impulse(:, p) = next
-         call push(i, j, nx*jump(1) - ny*jump(2), ny*jump(1) + nx*jump(2))
-         change = max(change, maxval(abs(jump)))
+         call push(i, j, nx*there(1) - ny*there(2), ny*there(1) + nx*there(2))
+         change = max(change, maxval(abs(there)))
          largest = max(largest, maxval(abs(next)))
       end subroutine soften
 
@@ -159,29 +251,28 @@ contains
       !> normal one as it is.
       logical function is_exact()
          is_exact = first == last
-         if (is_exact) is_exact = abs(free_x(i) - free_y(i)) + abs(free_x(j) - free_y(j)) <= 0
+         if (is_exact) is_exact = all(abs(mobility(1, first_node:last_node) - mobility(2, first_node:last_node)) <= 0)
       end function is_exact
 
       !> An impulse on b, its opposite on a.
       subroutine push(a_side, b_side, jx, jy)
          integer, intent(in) :: a_side, b_side
          real(wp), intent(in) :: jx, jy
-         vx(a_side) = vx(a_side) - free_x(a_side)*inverse_mass(a_side)*jx
-         vy(a_side) = vy(a_side) - free_y(a_side)*inverse_mass(a_side)*jy
-         vx(b_side) = vx(b_side) + free_x(b_side)*inverse_mass(b_side)*jx
-         vy(b_side) = vy(b_side) + free_y(b_side)*inverse_mass(b_side)*jy
+         kick(1, a_side) = kick(1, a_side) - mobility(1, a_side)*jx
+         kick(2, a_side) = kick(2, a_side) - mobility(2, a_side)*jy
+         kick(1, b_side) = kick(1, b_side) + mobility(1, b_side)*jx
+         kick(2, b_side) = kick(2, b_side) + mobility(2, b_side)*jy
       end subroutine push
 
    end subroutine sweep_group
 
-   !> Contact forces of a group's nodes, their new displacements and residuals.
-   subroutine add_forces(first, last, first_node, last_node, node, pair_node, normal, b, counted, free_x, free_y, &
-                         ux, uy, wx, wy, vx, vy, rx, ry, impulse, force, sums)
+   !> Velocities and new displacements of a group's nodes, and their residuals with the contact forces in.
+   subroutine move_nodes(first, last, first_node, last_node, node, pair_node, normal, counted, b, free_x, free_y, px, py, fx, fy, &
+                         ux, uy, wx, wy, vx, vy, impulse, force, kick, sums)
       integer, intent(in) :: first, last, first_node, last_node, node(*), pair_node(2, *)
-      real(wp), intent(in) :: normal(2, *), b, counted(*), free_x(*), free_y(*), ux(*), uy(*), vx(*), vy(*), rx(*), ry(*)
-      real(wp), intent(in) :: impulse(2, *)
-      real(wp), intent(inout) :: wx(*), wy(*), force(2, *)
-      real(wp), intent(out) :: sums(2)
+      real(wp), intent(in) :: normal(2, *), counted(*), b, free_x(*), free_y(*), px(*), py(*), fx(*), fy(*), ux(*), uy(*)
+      real(wp), intent(in) :: impulse(2, *), kick(2, *)
+      real(wp), intent(inout) :: wx(*), wy(*), vx(*), vy(*), force(2, *), sums(2)
       real(wp) :: f(2), x, y
       integer :: p, c, i
       force(:, first_node:last_node) = 0
@@ -191,16 +282,17 @@ contains
          force(:, pair_node(1, p)) = force(:, pair_node(1, p)) - f
          force(:, pair_node(2, p)) = force(:, pair_node(2, p)) + f
       end do
-      sums = 0
       do c = first_node, last_node
          i = node(c)
+         vx(i) = vx(i) + kick(1, c)
+         vy(i) = vy(i) + kick(2, c)
          wx(i) = ux(i) + vx(i)
          wy(i) = uy(i) + vy(i)
-         x = rx(i) + force(1, c)
-         y = ry(i) + force(2, c)
-         sums(1) = sums(1) + counted(i)*(free_x(i)*x*x + free_y(i)*y*y)
-         sums(2) = sums(2) + counted(i)*((1 - free_x(i))*x*x + (1 - free_y(i))*y*y)
+         x = px(i) - fx(i) + force(1, c)
+         y = py(i) - fy(i) + force(2, c)
+         sums(1) = sums(1) + counted(c)*(free_x(i)*x*x + free_y(i)*y*y)
+         sums(2) = sums(2) + counted(c)*((1 - free_x(i))*x*x + (1 - free_y(i))*y*y)
       end do
-   end subroutine add_forces
+   end subroutine move_nodes
 
 end module rf_contact_k

@@ -9,7 +9,7 @@ module rf_step_k
    implicit none
    private
    public :: relaxation_step, internal_forces
-   public :: block_size, lanes, slices, n_sums, sum_curvature, sum_kinetic, sum_residual, sum_reaction
+   public :: block_size, blocks_for_threads, lanes, slices, n_sums, sum_curvature, sum_kinetic, sum_residual, sum_reaction
 
    !> nodes in a block: their forces stay in the first-level cache
    integer, parameter :: block_size = 512
@@ -19,6 +19,8 @@ module rf_step_k
    integer, parameter :: sum_curvature = 1, sum_kinetic = 2, sum_residual = 3, sum_reaction = 4, n_sums = 4
    !> blocks below which a second thread costs more than it brings
    integer, parameter :: blocks_for_threads = 4
+   !> what a block without contact nodes has as `measured`: stays in the first-level cache
+   real(wp), parameter :: all_measured(block_size) = 1.0_wp
 
 contains
 
@@ -110,15 +112,17 @@ contains
    end subroutine internal_forces
 
    !> One relaxation step of all nodes: v <- a v + b r/m, new u = u + v, r = p - f (theory: eqs. 7 to 9).
-   !> Blocks flagged as special hold supports, contact nodes or loose pieces, or damp locally; the others run the plain update.
-   subroutine relaxation_step(n_nodes, n_blocks, first, count, special, slice, order, column, kxx, kxy, kyx, kyy, &
+   !> Blocks flagged as special hold supports or loose pieces, or damp locally; the others run the plain update.
+   subroutine relaxation_step(n_nodes, n_blocks, first, count, special, touching, slice, order, column, kxx, kxy, kyx, kyy, &
                               a, b, local, ux, uy, wx, wy, vx, vy, fx, fy, px, py, inverse_mass, &
-                              free_x, free_y, paced, measured, keep, rx, ry, partial)
+                              free_x, free_y, paced, measured, keep, partial)
       integer, intent(in) :: n_nodes, n_blocks
       !> first node and number of nodes of each block
       integer, intent(in) :: first(:), count(:)
       !> the block needs the general update
       logical, intent(in) :: special(:)
+      !> the block holds contact nodes (in one that needs the plain update only)
+      logical, intent(in) :: touching(:)
       !> see internal_forces
       integer, intent(in), contiguous :: slice(:, :), order(:, :), column(:, :)
       real(wp), intent(in), contiguous :: kxx(:, :), kxy(:, :), kyx(:, :), kyy(:, :)
@@ -144,16 +148,14 @@ contains
       !> factor of the old velocity: 1, less on pieces free to move as a whole (the residual stays whole, else contact
       !> forces would balance a part of it only)
       real(wp), intent(in) :: keep(n_nodes)
-      !> residuals of the nodes of special blocks [force]
-      real(wp), intent(inout) :: rx(n_nodes), ry(n_nodes)
       !> sums of each block, (n_sums, block)
       real(wp), intent(out) :: partial(:, :)
       real(wp) :: gx(block_size), gy(block_size)
       integer :: base, n, j
 
       !$omp parallel do default(none) schedule(static) if (n_blocks >= blocks_for_threads) &
-      !$omp    shared(n_blocks, first, count, special, slice, order, column, kxx, kxy, kyx, kyy, ux, uy, wx, wy, &
-      !$omp           vx, vy, fx, fy, px, py, inverse_mass, free_x, free_y, paced, measured, keep, rx, ry, partial, &
+      !$omp    shared(n_blocks, first, count, special, touching, slice, order, column, kxx, kxy, kyx, kyy, ux, uy, &
+      !$omp           wx, wy, vx, vy, fx, fy, px, py, inverse_mass, free_x, free_y, paced, measured, keep, partial, &
       !$omp           a, b, local) private(j, base, n, gx, gy)
       do j = 1, n_blocks
          base = first(j)
@@ -162,19 +164,22 @@ contains
          if (special(j)) then
             call general_update(n, a, b, local, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
                                 fx(base), fy(base), px(base), py(base), inverse_mass(base), free_x(base), free_y(base), &
-                                paced(base), measured(base), keep(base), rx(base), ry(base), partial(:, j))
+                                paced(base), measured(base), keep(base), partial(:, j))
+         else if (touching(j)) then
+            call plain_update(n, a, b, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
+                              fx(base), fy(base), px(base), py(base), inverse_mass(base), measured(base), partial(:, j))
          else
             call plain_update(n, a, b, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
-                              fx(base), fy(base), px(base), py(base), inverse_mass(base), partial(:, j))
+                              fx(base), fy(base), px(base), py(base), inverse_mass(base), all_measured, partial(:, j))
          end if
       end do
       !$omp end parallel do
    end subroutine relaxation_step
 
-   !> Update of a block whose nodes are all free, paced and without contact.
-   subroutine plain_update(n, a, b, gx, gy, ux, uy, wx, wy, vx, vy, fx, fy, px, py, inverse_mass, sums)
+   !> Update of a block whose nodes are all free and paced.
+   subroutine plain_update(n, a, b, gx, gy, ux, uy, wx, wy, vx, vy, fx, fy, px, py, inverse_mass, measured, sums)
       integer, intent(in) :: n
-      real(wp), intent(in) :: a, b, gx(n), gy(n), ux(n), uy(n), px(n), py(n), inverse_mass(n)
+      real(wp), intent(in) :: a, b, gx(n), gy(n), ux(n), uy(n), px(n), py(n), inverse_mass(n), measured(n)
       real(wp), intent(inout) :: wx(n), wy(n), vx(n), vy(n), fx(n), fy(n)
       real(wp), intent(out) :: sums(n_sums)
       real(wp) :: curvature, kinetic, residual, x, y
@@ -186,7 +191,7 @@ contains
          kinetic = kinetic + (vx(k)*vx(k) + vy(k)*vy(k))/inverse_mass(k)
          x = px(k) - gx(k)
          y = py(k) - gy(k)
-         residual = residual + (x*x + y*y)
+         residual = residual + measured(k)*(x*x + y*y)
          vx(k) = a*vx(k) + b*inverse_mass(k)*x
          vy(k) = a*vy(k) + b*inverse_mass(k)*y
          wx(k) = ux(k) + vx(k)
@@ -197,13 +202,13 @@ contains
       sums = [curvature, kinetic, residual, 0.0_wp]
    end subroutine plain_update
 
-   !> Update of a block with supports, contact nodes, loose pieces or local damping.
+   !> Update of a block with supports, loose pieces or local damping.
    subroutine general_update(n, a, b, local, gx, gy, ux, uy, wx, wy, vx, vy, fx, fy, px, py, inverse_mass, &
-                             free_x, free_y, paced, measured, keep, rx, ry, sums)
+                             free_x, free_y, paced, measured, keep, sums)
       integer, intent(in) :: n
       real(wp), intent(in) :: a, b, local, gx(n), gy(n), ux(n), uy(n), px(n), py(n), inverse_mass(n)
       real(wp), intent(in) :: free_x(n), free_y(n), paced(n), measured(n), keep(n)
-      real(wp), intent(inout) :: wx(n), wy(n), vx(n), vy(n), fx(n), fy(n), rx(n), ry(n)
+      real(wp), intent(inout) :: wx(n), wy(n), vx(n), vy(n), fx(n), fy(n)
       real(wp), intent(out) :: sums(n_sums)
       real(wp) :: curvature, kinetic, residual, reaction, x, y
       integer :: k
@@ -214,8 +219,6 @@ contains
          kinetic = kinetic + paced(k)*(vx(k)*vx(k) + vy(k)*vy(k))/inverse_mass(k)
          x = px(k) - gx(k)
          y = py(k) - gy(k)
-         rx(k) = x
-         ry(k) = y
          residual = residual + measured(k)*(free_x(k)*x*x + free_y(k)*y*y)
          reaction = reaction + measured(k)*((1.0_wp - free_x(k))*x*x + (1.0_wp - free_y(k))*y*y)
          ! a contact node's residual is not known yet: its neighbours damp it, else equilibrium would be out of reach

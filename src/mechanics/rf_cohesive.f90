@@ -114,11 +114,11 @@ contains
    end subroutine inherit
 
    !> Forces and lengths of the laws, for the pairs there are.
-   subroutine weigh(self, n_pairs, normal_weight, tangent_weight)
+   subroutine weigh(self, n_pairs, weight)
       class(cohesive_t), intent(inout) :: self
       integer, intent(in) :: n_pairs
-      !> jumps that unit forces make in a step [length/force], (pairs)
-      real(wp), intent(in) :: normal_weight(:), tangent_weight(:)
+      !> jumps that unit forces make in a step, normal and tangential [length/force], (2, pairs)
+      real(wp), intent(in) :: weight(:, :)
       real(wp) :: steepness(2)
       integer :: p
       self%steep = 0
@@ -131,7 +131,7 @@ contains
          end if
          self%cap(:, p) = self%area(p)*self%strength(:, p)
          self%critical(:, p) = 2*self%energy(:, p)/self%strength(:, p)
-         steepness = [normal_weight(p), tangent_weight(p)]*self%cap(:, p)/self%critical(:, p)
+         steepness = weight(:, p)*self%cap(:, p)/self%critical(:, p)
          where (self%steep == 0 .and. steepness >= 1) self%steep = p
       end do
    end subroutine weigh

@@ -11,6 +11,7 @@ module rf_contact
    use rf_material, only: material_t
    use rf_motion, only: motion_t
    use rf_cohesive, only: cohesive_t
+   use rf_step_k, only: block_size
    implicit none
    private
    public :: contact_t, pair_open, pair_slip, pair_stick
@@ -23,7 +24,8 @@ module rf_contact
    real(wp), parameter :: slip_threshold = 1.0_wp - 1.0e-9_wp
 
    type :: contact_t
-      integer :: n_pairs = 0, n_nodes = 0, n_groups = 0
+      !> the first n_lone pairs share no node with another; each is a group
+      integer :: n_pairs = 0, n_nodes = 0, n_groups = 0, n_lone = 0
       !> nodes a < b of each pair, (2, pairs); pairs that share nodes stand together (groups)
       integer, allocatable :: pair(:, :)
       !> unit normal from a to b, (2, pairs)
@@ -44,24 +46,33 @@ module rf_contact
       !> friction force on b at the last accepted state [force]; the pair had not reached its limit there
       real(wp), allocatable, private :: friction_before(:)
       logical, allocatable, private :: stuck_before(:)
-      !> normal and tangential impulse of the last step, (2, pairs)
+      !> normal and tangential impulse of the last step, (2, pairs): where the next step of a relaxation begins
       real(wp), allocatable :: impulse(:, :)
-      !> n.(1/m_a + 1/m_b).n and the same for the tangent, fixed directions counting 0, (pairs)
-      real(wp), allocatable :: normal_weight(:), tangent_weight(:)
+      !> n.(1/m_a + 1/m_b).n and the same for the tangent, fixed directions counting 0; their inverse, 0 for 0, (2, pairs)
+      real(wp), allocatable :: weight(:, :), gain(:, :)
       !> node of each contact node; contact nodes of each pair, (2, pairs)
       integer, allocatable :: node(:), pair_node(:, :)
-      !> contact force on each contact node [force], (2, contact nodes)
+      !> contact force on each contact node, after sum_forces [force], (2, contact nodes)
       real(wp), allocatable :: force(:, :)
+      !> 1/m of each contact node, 0 in directions that are held, (2, contact nodes); its residual counts (1, else 0)
+      real(wp), allocatable :: mobility(:, :), counted(:)
       !> first pair and first contact node of each group, (groups + 1)
       integer, allocatable :: group_pair(:), group_node(:)
-      !> sums of each group, (2, groups)
+      !> blocks of nodes; first lone pair and first group of more of each, (blocks + 1): those whose lowest node lies in it
+      integer :: n_blocks = 0
+      integer, allocatable :: block_lone(:), block_group(:)
+      !> all lone pairs of the block are free in all directions, and none softens, (blocks)
+      logical, allocatable :: ordinary(:)
+      !> sums of each block, (2, blocks)
       real(wp), allocatable :: partial(:, :)
+      !> workspace of the kernel: gap and slip without impulses, (2, pairs); changes of velocity, (2, contact nodes)
+      real(wp), allocatable :: jump(:, :), kick(:, :)
       !> keys of the pairs in ascending order, to find them by
       integer(i8), allocatable, private :: key(:)
       integer, allocatable, private :: by_key(:)
    contains
       procedure :: rebuild, renumber, node_force, weigh, find_pair, gap, slip, opening, settle, follow_overlap, traction, state
-      procedure :: bonds, softens
+      procedure :: arrange, sum_forces, bonds, softens
    end type contact_t
 
 contains
@@ -298,18 +309,23 @@ contains
       call grow(self%friction_before, n)
       call grow(self%stuck_before, n)
       call grow(self%impulse, n, 2)
-      call grow(self%normal_weight, n)
-      call grow(self%tangent_weight, n)
+      call grow(self%weight, n, 2)
+      call grow(self%gain, n, 2)
+      call grow(self%jump, n, 2)
       call grow(self%pair_node, n, 2)
       call grow(self%node, 2*n)
       call grow(self%force, 2*n, 2)
+      call grow(self%kick, 2*n, 2)
+      call grow(self%mobility, 2*n, 2)
+      call grow(self%counted, 2*n)
       call self%cohesive%reserve(n)
    end subroutine reserve_pairs
 
-   !> Put pairs that share nodes together, in the order of the lowest pair of each group, and number their nodes.
+   !> Put pairs that share nodes together, in the order of the lowest pair of each group, behind those that share none, and
+   !> number their nodes.
    subroutine group_pairs(self)
       class(contact_t), intent(inout) :: self
-      integer, allocatable :: root(:), order(:), group(:)
+      integer, allocatable :: root(:), order(:), group(:), members(:)
       integer(i8), allocatable :: nodes(:)
       integer :: n, p, i
 
@@ -319,16 +335,19 @@ contains
       nodes(2:2*n:2) = self%pair(2, :n)
       allocate (order, source=sorted_order(nodes))
       allocate (root, source=singletons(n))
-      allocate (group(n))
+      allocate (group(n), members(n))
       do i = 2, size(order)                                ! pairs that hold the same node belong together
          if (nodes(order(i)) /= nodes(order(i - 1))) cycle
          call unite(root, (order(i) + 1)/2, (order(i - 1) + 1)/2)
       end do
+      members = 0
       do p = 1, n
          group(p) = find_root(root, p)
+         members(group(p)) = members(group(p)) + 1
       end do
+      self%n_lone = count(members == 1)
       deallocate (order)
-      allocate (order, source=sorted_order(int(group, i8)))
+      allocate (order, source=sorted_order(merge(int(group, i8), int(group, i8) + n, members(group) == 1)))
       call permute_pairs(self, order)
       group = group(order)
       call number_nodes(self, group)
@@ -368,7 +387,7 @@ contains
       !> group of each pair; pairs of a group stand together
       integer, intent(in) :: group(:)
       integer :: p, i, c, g
-      if (allocated(self%group_pair)) deallocate (self%group_pair, self%group_node, self%partial)
+      if (allocated(self%group_pair)) deallocate (self%group_pair, self%group_node)
       allocate (self%group_pair(self%n_pairs + 1), self%group_node(self%n_pairs + 1))
       g = 0
       self%n_nodes = 0
@@ -390,7 +409,6 @@ contains
       self%n_groups = g
       self%group_pair(g + 1) = self%n_pairs + 1
       self%group_node(g + 1) = self%n_nodes + 1
-      allocate (self%partial(2, g), source=0.0_wp)
       self%force(:, :self%n_nodes) = 0
 
    contains
@@ -450,8 +468,8 @@ contains
       call carry(self%friction_before, stay)
       call carry(self%stuck_before, stay)
       call carry(self%impulse, stay)
-      call carry(self%normal_weight, stay)
-      call carry(self%tangent_weight, stay)
+      call carry(self%weight, stay)
+      call carry(self%gain, stay)
       call carry(self%pair_node, stay)
       call self%cohesive%keep(stay)
       self%n_pairs = size(stay)
@@ -494,14 +512,81 @@ contains
          sx = free_x(a)*inverse_mass(a) + free_x(b)*inverse_mass(b)
          sy = free_y(a)*inverse_mass(a) + free_y(b)*inverse_mass(b)
          self%cohesive_force(p) = merge(0.0_wp, self%cohesion(p)*self%area(p), self%broken(p))
-         self%normal_weight(p) = self%normal(1, p)**2*sx + self%normal(2, p)**2*sy
-         self%tangent_weight(p) = self%normal(2, p)**2*sx + self%normal(1, p)**2*sy
+         self%weight(1, p) = self%normal(1, p)**2*sx + self%normal(2, p)**2*sy
+         self%weight(2, p) = self%normal(2, p)**2*sx + self%normal(1, p)**2*sy
          ! Where supports leave both nodes the same single direction, that motion opens and slides at once: one unknown
          ! cannot bear two conditions (they would push each other up without end), and not interpenetrating comes first.
-         if (.not. (sx > 0 .and. sy > 0)) self%tangent_weight(p) = 0
+         if (.not. (sx > 0 .and. sy > 0)) self%weight(2, p) = 0
       end do
-      call self%cohesive%weigh(self%n_pairs, self%normal_weight, self%tangent_weight)
+      call self%cohesive%weigh(self%n_pairs, self%weight)
    end subroutine weigh
+
+   !> What the kernel must know beside: which pairs each block of nodes has, and of each contact node. After weigh.
+   subroutine arrange(self, n_nodes, inverse_mass, free_x, free_y, counted)
+      class(contact_t), intent(inout) :: self
+      !> nodes of the mesh
+      integer, intent(in) :: n_nodes
+      !> see weigh; 1 where a node's residual counts, else 0, (nodes)
+      real(wp), intent(in) :: inverse_mass(:), free_x(:), free_y(:), counted(:)
+      integer :: c, n, g, k, p
+      do c = 1, self%n_nodes
+         n = self%node(c)
+         self%mobility(:, c) = [free_x(n), free_y(n)]*inverse_mass(n)
+         self%counted(c) = counted(n)
+      end do
+      do p = 1, self%n_pairs
+         self%gain(:, p) = 0
+         where (self%weight(:, p) > 0) self%gain(:, p) = 1/self%weight(:, p)
+      end do
+      self%n_blocks = (n_nodes - 1)/block_size + 1
+      if (allocated(self%ordinary)) deallocate (self%block_lone, self%block_group, self%ordinary, self%partial)
+      allocate (self%block_lone(self%n_blocks + 1), self%block_group(self%n_blocks + 1), source=0)
+      allocate (self%ordinary(self%n_blocks), source=.true.)
+      allocate (self%partial(2, self%n_blocks), source=0.0_wp)
+      do g = 1, self%n_groups
+         k = block_of(g)
+         if (g > self%n_lone) then
+            self%block_group(k + 1) = self%block_group(k + 1) + 1
+            cycle
+         end if
+         self%block_lone(k + 1) = self%block_lone(k + 1) + 1
+         n = self%pair(1, g)
+         p = self%pair(2, g)
+         if (self%cohesive%bonded(g) .or. .not. min(free_x(n), free_y(n), free_x(p), free_y(p)) > 0) self%ordinary(k) = .false.
+      end do
+      self%block_lone(1) = 1
+      self%block_group(1) = self%n_lone + 1
+      do k = 1, self%n_blocks
+         self%block_lone(k + 1) = self%block_lone(k) + self%block_lone(k + 1)
+         self%block_group(k + 1) = self%block_group(k) + self%block_group(k + 1)
+      end do
+
+   contains
+
+      !> Block of the lowest node of a group: the groups are in ascending order of it.
+      pure integer function block_of(group)
+         integer, intent(in) :: group
+         block_of = (minval(self%pair(1, self%group_pair(group):self%group_pair(group + 1) - 1)) - 1)/block_size + 1
+      end function block_of
+
+   end subroutine arrange
+
+   !> Contact force on each contact node after a step.
+   subroutine sum_forces(self, b)
+      class(contact_t), intent(inout) :: self
+      !> factor of the residual in the step's update
+      real(wp), intent(in) :: b
+      real(wp) :: pull(2), f(2)
+      integer :: p
+      if (self%n_pairs == 0) return
+      self%force(:, :self%n_nodes) = 0
+      do p = 1, self%n_pairs
+         pull = self%traction(p, b)
+         f = self%normal(:, p)*pull(1) + [-self%normal(2, p), self%normal(1, p)]*pull(2)
+         self%force(:, self%pair_node(1, p)) = self%force(:, self%pair_node(1, p)) - f
+         self%force(:, self%pair_node(2, p)) = self%force(:, self%pair_node(2, p)) + f
+      end do
+   end subroutine sum_forces
 
    !> Pairs that cohesion still holds together, (2, pairs). After weigh.
    pure function bonds(self)

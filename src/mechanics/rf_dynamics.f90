@@ -42,7 +42,7 @@ module rf_dynamics
       !> dt h/m, and the factor of the old velocity, that the step kernel works with (theory: eq. 49)
       real(wp), allocatable, private :: inverse_mass(:), keep(:)
       real(wp), allocatable, private :: ones(:), partial(:, :)
-      logical, allocatable, private :: special(:)
+      logical, allocatable, private :: special(:), touching(:)
       !> applied forces change with time
       logical :: forces_vary = .false.
       !> the time step changes at the present state; it is the first one of a step
@@ -194,13 +194,12 @@ contains
       call grow(self%inverse_mass, mesh%n_nodes)
       call grow(self%partial, rows%n_blocks, n_sums)
       call grow(self%special, rows%n_blocks)
+      call grow(self%touching, rows%n_blocks)
+      self%touching = .false.       ! no sum over residuals is needed
       self%ones = 1
       self%special = self%damped
       do n = 1, mesh%n_nodes
          if (loads%is_held(1, n) .or. loads%is_held(2, n)) self%special((n - 1)/block_size + 1) = .true.
-      end do
-      do n = 1, contact%n_nodes
-         self%special((contact%node(n) - 1)/block_size + 1) = .true.
       end do
       call grow(self%old_contact, contact%n_nodes, 2)
    end subroutine prepare_masks
@@ -267,6 +266,7 @@ contains
          self%keep(n) = (2 - c)/(2 + c)
       end do
       call contact%weigh(self%inverse_mass, loads%free_x, loads%free_y)
+      call contact%arrange(n_nodes, self%inverse_mass, loads%free_x, loads%free_y, self%ones)
    end subroutine set_factors
 
    !> Forces of the present state, the velocities after it and the displacements that come next; the ledger up to this state.
@@ -297,20 +297,21 @@ contains
          self%target(k) = loads%support_at(self%moving(2, k), self%moving(1, k), 1.0_wp, next_time)
       end do
       if (self%forces_vary) call add_work(n, loads, motion, 0.5_wp*self%last_time_step/self%time_step, energy)
-      call relaxation_step(n, rows%n_blocks, rows%first, rows%count, self%special, rows%slice, rows%order, rows%column, &
-                           rows%kxx, rows%kxy, rows%kyx, rows%kyy, 1.0_wp, 1.0_wp, 0.0_wp, motion%ux, motion%uy, motion%wx, &
-                           motion%wy, motion%vx, motion%vy, motion%fx, motion%fy, loads%px, loads%py, self%inverse_mass, &
-                           loads%free_x, loads%free_y, self%ones, self%ones, self%keep, motion%rx, motion%ry, self%partial)
+      call relaxation_step(n, rows%n_blocks, rows%first, rows%count, self%special, self%touching, rows%slice, rows%order, &
+                           rows%column, rows%kxx, rows%kxy, rows%kyx, rows%kyy, 1.0_wp, 1.0_wp, 0.0_wp, motion%ux, motion%uy, &
+                           motion%wx, motion%wy, motion%vx, motion%vy, motion%fx, motion%fy, loads%px, loads%py, &
+                           self%inverse_mass, loads%free_x, loads%free_y, self%ones, self%ones, self%keep, self%partial)
       call self%drive(motion)
       if (contact%n_pairs > 0) then
-         call contact_step(contact%n_groups, contact%group_pair, contact%group_node, contact%node, contact%pair_node, &
-                           contact%normal, contact%normal_weight, contact%tangent_weight, contact%friction, &
-                           contact%cohesive_force, contact%slip_reference, contact%gap_reference, contact%cohesive%bonded, &
-                           contact%cohesive%rigid, contact%cohesive%cap, contact%cohesive%critical, contact%cohesive%damage, &
-                           contact_tolerance, 1.0_wp, self%ones, self%inverse_mass, loads%free_x, loads%free_y, &
-                           motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, motion%rx, motion%ry, &
-                           contact%impulse, contact%cohesive%impulse, contact%cohesive%separation, contact%force, &
-                           contact%partial)
+         call contact_step(contact%n_blocks, contact%block_lone, contact%block_group, contact%ordinary, contact%group_pair, &
+                           contact%group_node, contact%node, contact%pair_node, contact%normal, contact%weight, contact%gain, &
+                           contact%friction, contact%cohesive_force, contact%slip_reference, contact%gap_reference, &
+                           contact%cohesive%bonded, contact%cohesive%rigid, contact%cohesive%cap, contact%cohesive%critical, &
+                           contact%cohesive%damage, contact%mobility, contact%counted, contact_tolerance, 0.0_wp, 1.0_wp, &
+                           loads%free_x, loads%free_y, loads%px, loads%py, motion%fx, motion%fy, motion%ux, motion%uy, &
+                           motion%wx, motion%wy, motion%vx, motion%vy, contact%impulse, contact%cohesive%impulse, &
+                           contact%cohesive%separation, contact%force, contact%jump, contact%kick, contact%partial)
+         call contact%sum_forces(1.0_wp)
          call contact%cohesive%release(contact%n_pairs)
       end if
       call self%drive(motion)       ! contact forms displacements anew from velocities: not to the last bit

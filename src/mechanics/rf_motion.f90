@@ -18,8 +18,6 @@ module rf_motion
       real(wp), allocatable :: vx(:), vy(:)
       !> internal forces of the displacements [force]
       real(wp), allocatable :: fx(:), fy(:)
-      !> residuals: applied minus internal forces [force]; reactions at supports
-      real(wp), allocatable :: rx(:), ry(:)
    contains
       procedure :: reserve, advance, adopt, renumber, corner_displacements
    end type motion_t
@@ -38,8 +36,6 @@ contains
       call grow(self%vy, n)
       call grow(self%fx, n)
       call grow(self%fy, n)
-      call grow(self%rx, n)
-      call grow(self%ry, n)
    end subroutine reserve
 
    !> The displacements after the step under way become the present ones.
@@ -87,8 +83,6 @@ contains
       call carry(self%vy, map%node_from)
       call carry(self%fx, map%node_from)
       call carry(self%fy, map%node_from)
-      call carry(self%rx, map%node_from)
-      call carry(self%ry, map%node_from)
    end subroutine renumber
 
    !> Displacements of an element's corners [length], (2, 3).

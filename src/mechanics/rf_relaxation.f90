@@ -97,7 +97,7 @@ module rf_relaxation
       !> contact); part of the velocity that it keeps in a step
       real(wp), allocatable, private :: counted(:), paced(:), measured(:), keep(:)
       real(wp), allocatable, private :: partial(:, :)
-      logical, allocatable, private :: special(:)
+      logical, allocatable, private :: special(:), touching(:)
       !> velocities of this step and of the last one, (node, step, direction); KINETIC damping only
       real(wp), allocatable, private :: velocity(:, :, :)
    contains
@@ -140,6 +140,7 @@ contains
          call self%start(mesh, loads, motion)
       end if
       call self%prepare_masks(mesh, rows, contact, loads, pieces)
+      call contact%arrange(mesh%n_nodes, rows%inverse_mass, loads%free_x, loads%free_y, self%counted)
       self%under_way = .false.
       done = self%iterations
       scale = 0
@@ -166,6 +167,7 @@ contains
          if (present(interruption)) self%under_way = interruption%asked()
          if (self%under_way) exit
       end do
+      call contact%sum_forces(self%b)
       call system_clock(ticks(2))
       self%seconds = self%seconds + real(ticks(2) - ticks(1), wp)/real(rate, wp)
       done = self%iterations - done
@@ -208,7 +210,7 @@ contains
       type(loads_t), intent(in) :: loads
       type(motion_t), intent(inout) :: motion
       real(wp), intent(in) :: tolerance
-      real(wp) :: a, b, local
+      real(wp) :: a, b, local, warm
       local = 0
       a = (2 - self%now%c)/(2 + self%now%c)
       b = 2/(2 + self%now%c)
@@ -220,23 +222,24 @@ contains
          a = 0
          b = merge(0.25_wp, 0.5_wp, self%settings%damping == damping_local)
       end if
+      warm = merge(b/self%b, 0.0_wp, self%iterations > 0)      ! the same forces as in the step before
       self%b = b
-      call relaxation_step(mesh%n_nodes, rows%n_blocks, rows%first, rows%count, self%special, rows%slice, &
+      call relaxation_step(mesh%n_nodes, rows%n_blocks, rows%first, rows%count, self%special, self%touching, rows%slice, &
                            rows%order, rows%column, rows%kxx, rows%kxy, rows%kyx, rows%kyy, a, b, local, &
                            motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, motion%fx, motion%fy, &
                            loads%px, loads%py, rows%inverse_mass, loads%free_x, loads%free_y, self%paced, self%measured, &
-                           self%keep, motion%rx, motion%ry, self%partial)
+                           self%keep, self%partial)
       if (contact%n_pairs == 0) return
       call self%contact_watch%start()
-      call contact_step(contact%n_groups, contact%group_pair, contact%group_node, contact%node, contact%pair_node, &
-                        contact%normal, contact%normal_weight, contact%tangent_weight, contact%friction, &
-                        contact%cohesive_force, contact%slip_reference, contact%gap_reference, contact%cohesive%bonded, &
-                        contact%cohesive%rigid, &
-                        contact%cohesive%cap, contact%cohesive%critical, contact%cohesive%damage, &
-                        min(contact_tolerance, contact_fraction*tolerance), b, self%counted, rows%inverse_mass, &
-                        loads%free_x, loads%free_y, motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, &
-                        motion%rx, motion%ry, contact%impulse, contact%cohesive%impulse, contact%cohesive%separation, &
-                        contact%force, contact%partial)
+      call contact_step(contact%n_blocks, contact%block_lone, contact%block_group, contact%ordinary, contact%group_pair, &
+                        contact%group_node, contact%node, contact%pair_node, contact%normal, contact%weight, contact%gain, &
+                        contact%friction, contact%cohesive_force, contact%slip_reference, contact%gap_reference, &
+                        contact%cohesive%bonded, contact%cohesive%rigid, contact%cohesive%cap, contact%cohesive%critical, &
+                        contact%cohesive%damage, contact%mobility, contact%counted, &
+                        min(contact_tolerance, contact_fraction*tolerance), warm, b, loads%free_x, loads%free_y, loads%px, &
+                        loads%py, motion%fx, motion%fy, motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, &
+                        contact%impulse, contact%cohesive%impulse, contact%cohesive%separation, contact%force, contact%jump, &
+                        contact%kick, contact%partial)
       if (self%now%at_rest) call contact%cohesive%release(contact%n_pairs)
       call self%contact_watch%stop()
    end subroutine step
@@ -270,20 +273,21 @@ contains
       self%velocity(:, 1, 2) = motion%vy(:n)
    end subroutine keep_velocities
 
-   !> Sums over blocks and contact groups, in their order.
+   !> Sums over blocks, of all nodes and then of contact nodes, in their order.
    subroutine sum_up(self, rows, contact, sums)
       class(relaxation_t), intent(in) :: self
       type(rows_t), intent(in) :: rows
       type(contact_t), intent(in) :: contact
       real(wp), intent(out) :: sums(n_sums)
-      integer :: b, g
+      integer :: b
       sums = 0
       do b = 1, rows%n_blocks
          sums = sums + self%partial(:, b)
       end do
-      do g = 1, contact%n_groups
-         sums(sum_residual) = sums(sum_residual) + contact%partial(1, g)
-         sums(sum_reaction) = sums(sum_reaction) + contact%partial(2, g)
+      if (contact%n_pairs == 0) return
+      do b = 1, contact%n_blocks
+         sums(sum_residual) = sums(sum_residual) + contact%partial(1, b)
+         sums(sum_reaction) = sums(sum_reaction) + contact%partial(2, b)
       end do
    end subroutine sum_up
 
@@ -332,7 +336,9 @@ contains
       call grow(self%keep, mesh%n_nodes)
       call grow(self%partial, rows%n_blocks, n_sums)
       call grow(self%special, rows%n_blocks)
+      call grow(self%touching, rows%n_blocks)
       self%special = self%settings%damping == damping_local
+      self%touching = .false.
       do n = 1, mesh%n_nodes
          b = (n - 1)/block_size + 1
          loose = .not. (pieces%supported(pieces%of_node(n)) .or. pieces%loaded(pieces%of_node(n)))
@@ -345,7 +351,7 @@ contains
       end do
       do n = 1, contact%n_nodes
          self%measured(contact%node(n)) = 0
-         self%special((contact%node(n) - 1)/block_size + 1) = .true.
+         self%touching((contact%node(n) - 1)/block_size + 1) = .true.
       end do
    end subroutine prepare_masks
 

@@ -10,8 +10,9 @@ module rf_hdf5
       h5aopen_f, h5oopen_f, h5oclose_f, &
       h5adelete_by_name_f, h5awrite_f, h5aclose_f, h5dcreate_f, h5dwrite_f, h5dclose_f, h5tcopy_f, h5tclose_f, h5tset_size_f, &
       h5tset_strpad_f, h5tset_cset_f, h5kind_to_type, h5_integer_kind, h5t_native_double, h5t_c_s1, h5t_ieee_f64le, &
-      h5t_std_i64le, h5t_str_nullpad_f, h5t_cset_ascii_f, h5t_cset_utf8_f, h5s_scalar_f, h5p_file_access_f, h5f_acc_trunc_f, &
-      h5f_acc_rdwr_f, h5f_scope_global_f, h5f_libver_v110_f, h5f_close_strong_f, h5f_obj_all_f, &
+      h5t_std_i64le, h5t_str_nullpad_f, h5t_cset_ascii_f, h5t_cset_utf8_f, h5s_scalar_f, h5p_file_access_f, h5p_file_create_f, &
+      h5pset_obj_track_times_f, h5f_acc_trunc_f, &
+      h5f_acc_rdwr_f, h5f_acc_rdonly_f, h5f_scope_global_f, h5f_libver_v110_f, h5f_close_strong_f, h5f_obj_all_f, &
       h5f_obj_datatype_f
    use rf_kinds, only: wp, i8
    use rf_system, only: is_folder, refuse_large_files, remove_file
@@ -36,6 +37,7 @@ module rf_hdf5
       logical :: swmr = .false.
    contains
       procedure :: create
+      procedure :: open => open_file
       procedure :: start_swmr
       procedure :: end_swmr
       procedure :: flush => flush_file
@@ -112,17 +114,21 @@ contains
    end subroutine prepare_library
 
    !> Make a new file (an existing one is replaced). The 1.10 format, which single-writer-multiple-reader mode needs.
-   subroutine create(this, path, error)
+   subroutine create(this, path, error, timeless)
       class(hdf5_file_t), intent(out) :: this
       !> where to
       character(len=*), intent(in) :: path
       character(len=:), allocatable, intent(out) :: error
-      integer(hid_t) :: access
+      !> the root keeps no times, so that the same contents make the same bytes
+      logical, intent(in), optional :: timeless
+      integer(hid_t) :: access, creation
       integer :: status
       call prepare_library()
       this%path = path
       call access_list(access)
-      call h5fcreate_f(path, h5f_acc_trunc_f, this%id, status, access_prp=access)
+      call h5pcreate_f(h5p_file_create_f, creation, status)
+      if (present(timeless)) call h5pset_obj_track_times_f(creation, .not. timeless, status)
+      call h5fcreate_f(path, h5f_acc_trunc_f, this%id, status, creation, access)
       call hdf5_failure(status, path, 'create this file', error)
       if (allocated(error)) then
          this%id = closed_id
@@ -132,7 +138,27 @@ contains
       end if
       this%made_here = .not. allocated(error)
       call h5pclose_f(access, status)
+      call h5pclose_f(creation, status)
    end subroutine create
+
+   !> Open an existing file.
+   subroutine open_file(this, path, writable, error)
+      class(hdf5_file_t), intent(out) :: this
+      !> where it is
+      character(len=*), intent(in) :: path
+      !> to be changed; else for reading alone
+      logical, intent(in) :: writable
+      character(len=:), allocatable, intent(out) :: error
+      integer(hid_t) :: access
+      integer :: status
+      call prepare_library()
+      this%path = path
+      call access_list(access)
+      call h5fopen_f(path, merge(h5f_acc_rdwr_f, h5f_acc_rdonly_f, writable), this%id, status, access_prp=access)
+      call hdf5_failure(status, path, 'open this file', error)
+      if (allocated(error)) this%id = closed_id
+      call h5pclose_f(access, status)
+   end subroutine open_file
 
    !> The way files are opened: 1.10 format; closing closes all that is in the file, so that a failed run leaves no ids behind.
    subroutine access_list(access)

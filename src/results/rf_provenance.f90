@@ -1,6 +1,7 @@
 !> Where a run comes from: what JOB.h5 says of deck, program, machine and settings.
 module rf_provenance
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_hdf5, only: hdf5_file_t
    use rf_text, only: text_t
    implicit none
@@ -15,10 +16,12 @@ module rf_provenance
       !> machine and time of the start
       character(len=:), allocatable :: host, start_time
       integer :: threads = 1
+      !> how often the run was gone on with from a checkpoint
+      integer :: restarts = 0
       !> all settings: name, value, origin
       type(text_t), allocatable :: setting_names(:), setting_values(:), setting_origins(:)
    contains
-      procedure :: write_start, write_end
+      procedure :: write_start, write_end, exchange
    end type provenance_t
 
 contains
@@ -87,5 +90,22 @@ contains
       if (.not. allocated(error)) call file%set_attribute('/rfem', 'digest_displacements', digests(1), error)
       if (.not. allocated(error)) call file%set_attribute('/rfem', 'digest_topology', digests(2), error)
    end subroutine write_end
+
+   !> What a run that goes on has to know of its beginning. (Derived: compiler and flags, the settings, which follow from
+   !> program and deck.)
+   subroutine exchange(self, archive)
+      class(provenance_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%enter('provenance')
+      call archive%exchange('deck', self%deck)
+      call archive%exchange('deck_name', self%deck_name)
+      call archive%exchange('version', self%version)
+      call archive%exchange('commit', self%commit)
+      call archive%exchange('host', self%host)
+      call archive%exchange('start_time', self%start_time)
+      call archive%exchange('threads', self%threads)
+      call archive%exchange('restarts', self%restarts)
+      call archive%leave()
+   end subroutine exchange
 
 end module rf_provenance
