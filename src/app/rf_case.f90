@@ -17,6 +17,7 @@ module rf_case
    use rf_support_check, only: check_supports
    use rf_output_input, only: output_requests_t, read_output, check_stop_drop
    use rf_step_input, only: read_steps, read_job, declare_others
+   use rf_restart_input, only: read_restart
    use rf_dynamic_input, only: check_dynamics
    use rf_simulation, only: simulation_t
    use rf_text, only: to_text
@@ -39,25 +40,28 @@ contains
       type(crack_list_t) :: cracks
       associate (model => simulation%model)
          call read_job(deck, job)
+         call read_restart(deck, simulation%restart)
          call mesh_input%read(deck, model%mesh, diagnostics)
          call connect(simulation, deck, diagnostics)
          call cracks%read(deck)
          call read_materials(deck, mesh_input, model%mesh, model%material, diagnostics)
          call read_initial_conditions(deck, mesh_input, model%mesh, model%material, model%dynamics)
          call read_strengths(deck, model%material, model%failure, diagnostics)
-         call model%failure%prepare(model%mesh, model%material)
+         call model%failure%mark_regions(model%mesh)
          call read_no_split(deck, mesh_input, model%mesh, model%failure, diagnostics)
          call read_steps(deck, simulation%steps, diagnostics)
          call check_dynamics(deck, simulation%steps, model%mesh, model%material, diagnostics)
          model%dynamics%wanted = any(simulation%steps%dynamic)
          call read_relaxation(deck, simulation%relaxation)
          call read_fracture(deck, simulation%fracture)
+         model%failure%watching = any(simulation%fracture%on)
          call check_strengths(deck, model%mesh, model%material, model%failure)
          call read_removals(deck, mesh_input, model%mesh, simulation%removals)
          call read_loads(deck, mesh_input, cracks, model%mesh, model%material, simulation%removals, model%loads%amplitudes, &
                          simulation%loads, simulation%replaced, diagnostics)
          call check_supports(deck, model%mesh, simulation%loads, simulation%replaced, simulation%removals, diagnostics)
          call read_output(deck, mesh_input, model%mesh, requests)
+         model%failure%keeps_stress = size(requests%element_print) > 0
          call check_stop_drop(deck, requests, simulation%fracture)
          call declare_others(deck)
          call deck%finish(diagnostics)

@@ -15,6 +15,8 @@ module rf_command_line
       character(len=:), allocatable :: deck
       !> empty where not given
       character(len=:), allocatable :: job, output
+      !> checkpoint to go on from; empty: none
+      character(len=:), allocatable :: restart
       !> 0: OMP_NUM_THREADS, else all cores
       integer :: threads = 0
       logical :: quiet = .false.
@@ -26,7 +28,8 @@ module rf_command_line
 
    character(len=*), parameter :: lf = new_line('a')
    character(len=*), parameter :: usage_text = &
-      'usage: rfem [options] case.inp        or   rfem [options] < case.inp'//lf//lf// &
+      'usage: rfem [options] case.inp        or   rfem [options] < case.inp'//lf// &
+      '       rfem [--threads N] [--quiet] --restart JOB.rst.h5'//lf//lf// &
       'Finite elements for the failure of rock: reads a keyword deck (docs/deck.md), writes'//lf// &
       'JOB.vtkhdf, JOB_cracks.vtkhdf, JOB.h5, JOB_history.csv and JOB_events.csv (docs/results.md).'//lf//lf// &
       '  --job NAME        prefix of all result files (default: *JOB, else the deck''s file name, else rfem)'//lf// &
@@ -35,11 +38,12 @@ module rf_command_line
       '  --set NAME=VALUE  override a *PARAMETER (may be repeated)'//lf// &
       '  --check           parse, build the mesh, report, run nothing'//lf// &
       '  --explain         print every setting with its value and where it came from, run nothing'//lf// &
+      '  --restart FILE    go on from a checkpoint, JOB.rst.h5; no deck is read (it is inside)'//lf// &
       '  --quiet           no progress line'//lf// &
       '  --help            this text'//lf// &
       '  --version         version, commit and compiler'//lf//lf// &
       'exit status: 0 done, 1 the simulation failed, 2 deck or command line wrong, 3 a file could not be'//lf// &
-      'written or reading failed'
+      'written or reading failed, 4 stopped by a signal or the wall-clock limit, checkpoint written'
    !> options that take a value, and that take none
    character(len=*), parameter :: with_value = '--job --output --threads --set --restart', &
       without_value = '--check --explain --quiet --help --version'
@@ -49,15 +53,18 @@ module rf_command_line
 contains
 
    !> Read the arguments. The first thing that is wrong ends it.
-   subroutine read_command_line(options)
+   subroutine read_command_line(options, first)
       type(options_t), intent(out) :: options
+      !> the first one that is the program's
+      integer, intent(in) :: first
       character(len=:), allocatable :: word, value
       integer :: i
       allocate (options%overrides(0))
       options%deck = ''
       options%job = ''
       options%output = ''
-      i = 1
+      options%restart = ''
+      i = first
       do while (i <= command_argument_count() .and. .not. allocated(options%error))
          word = argument(i)
          i = i + 1
@@ -82,7 +89,22 @@ contains
             options%error = word//' is no option'//nearest(word)//'; see rfem --help'
          end if
       end do
+      if (len(options%restart) > 0 .and. .not. allocated(options%error)) call check_restart(options)
    end subroutine read_command_line
+
+   !> What --restart goes together with: all that the run is stands in the checkpoint.
+   subroutine check_restart(options)
+      type(options_t), intent(inout) :: options
+      if (len(options%deck) > 0) then
+         options%error = '--restart reads no deck, and '//options%deck//' is one: the deck is in the checkpoint'
+      else if (len(options%job) > 0 .or. len(options%output) > 0) then
+         options%error = '--restart goes on with the result files that lie beside the checkpoint: no --job, no --output'
+      else if (size(options%overrides) > 0) then
+         options%error = '--restart goes on with the settings of the run that was interrupted: no --set'
+      else if (options%action == action_check) then
+         options%error = '--restart goes on with a run: no --check'
+      end if
+   end subroutine check_restart
 
    function nearest(word) result(hint)
       character(len=*), intent(in) :: word
@@ -145,7 +167,8 @@ contains
          longer(size(longer))%s = value
          call move_alloc(longer, options%overrides)
       case ('--restart')
-         options%error = '--restart is not there yet: this version writes no checkpoints'
+         if (len_trim(value) == 0) options%error = '--restart needs the name of a checkpoint, JOB.rst.h5'
+         options%restart = value
       end select
    end subroutine take_value
 

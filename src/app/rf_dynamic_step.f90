@@ -1,13 +1,15 @@
 !> A dynamic step of a run (*DYNAMIC, EXPLICIT): time steps, looks at the criterion with all splits of the moment, results.
 submodule(rf_simulation) rf_dynamic_step
    use rf_kinds, only: i8
-   use rf_failure, only: select_all
+   use rf_failure, only: select_all, splitting_none
    use rf_relaxation, only: reaction
    use rf_selection, only: failing_nodes, separated_nodes, distance_or_default
    implicit none
 
    !> a number of time steps that misses a whole one by this part of it is that
    real(wp), parameter :: whole_to = 1.0e-12_wp
+   !> checkpoints of a step unless the deck says FREQUENCY
+   integer, parameter :: checkpoints = 20
    !> all nodes that fail may split, however far below the largest utilisation they are
    real(wp), parameter :: no_window = 1.0_wp
 
@@ -36,6 +38,7 @@ contains
          if (self%run_over) return
          if (due) call record_state(self)
          if (self%run_over) return
+         call self%mark_checkpoint(n > 0 .and. checkpoint_due(self))
          if (self%position%last) then
             call finish(self, time)
             return
@@ -46,6 +49,16 @@ contains
          n = n + 1
       end associate
    end subroutine one_time_step
+
+   !> Every so many time steps, or at equal parts of the step.
+   pure logical function checkpoint_due(self) result(due)
+      type(simulation_t), intent(in) :: self
+      if (self%restart%given) then
+         due = mod(self%time_steps, self%restart%frequency) == 0
+      else
+         due = int(self%position%load_factor*checkpoints) > int(self%position%last_factor*checkpoints)
+      end if
+   end function checkpoint_due
 
    module subroutine begin_time_steps(self)
       class(simulation_t), intent(inout) :: self

@@ -1,6 +1,7 @@
 !> Events of a static step: all that fails at one load, round by round until nothing does.
 submodule(rf_simulation) rf_events
    use rf_selection, only: others_of_round
+   use rf_failure, only: splitting_none
    use rf_criterion, only: mode_tension
    use rf_position, only: frame_before_event, frame_after_event
    implicit none
@@ -94,6 +95,7 @@ contains
       else
          self%position%located = .false.
          if (.not. self%step_over) call self%watch_drop()
+         call self%mark_checkpoint(mod(self%position%increment, self%restart%frequency) == 0)
          call self%next_increment()
       end if
    end subroutine settled

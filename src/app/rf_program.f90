@@ -9,11 +9,13 @@ module rf_program
    use rf_diagnostics, only: diagnostics_t
    use rf_case, only: read_case
    use rf_simulation, only: simulation_t, exit_done, exit_not_written
+   use rf_run, only: run_t
    use rf_output_input, only: output_requests_t
-   use rf_summary, only: summarise_model, summarise_run
+   use rf_checkpoint, only: checkpoint_t
+   use rf_summary, only: summarise_model
    use rf_memory, only: memory_problem, bytes_to_run
-   use rf_clock, only: monotonic_time, date_text
-   use rf_system, only: is_terminal, make_folders, is_folder, path_exists, host_name
+   use rf_clock, only: monotonic_time
+   use rf_system, only: is_terminal, path_exists, catch_save_signal
    use rf_text, only: text_t, to_text
    use rf_version, only: version, commit, compiler, flags
    implicit none
@@ -27,9 +29,19 @@ module rf_program
 contains
 
    !> Do what the command line asks for.
-   integer function run_program() result(status)
+   integer function run_program(first, leave_at) result(status)
+      !> the first argument that is meant (default: 1)
+      integer, intent(in), optional :: first
+      !> for tests, in: how often the run asks whether it is to be left until it is (negative: never); out: how often it asked
+      integer(i8), intent(inout), optional :: leave_at
       type(options_t) :: options
-      call read_command_line(options)
+      integer(i8) :: count
+      integer :: i
+      i = 1
+      if (present(first)) i = first
+      count = -1
+      if (present(leave_at)) count = leave_at
+      call read_command_line(options, i)
       status = exit_done
       if (allocated(options%error)) then
          write (error_unit, '(a)') 'rfem: error: '//options%error
@@ -39,55 +51,111 @@ contains
       else if (options%action == action_version) then
          write (output_unit, '(a)') 'rfem '//version//' ('//commit//'), '//compiler
          write (output_unit, '(a)') 'flags: '//flags
+      else if (len(options%restart) > 0) then
+         status = restart(options, count)
       else if (len(options%deck) == 0 .and. is_terminal(input_descriptor)) then
          write (output_unit, '(a)') usage_text
       else
-         status = run_deck(options)
+         status = run_deck(options, count)
       end if
+      if (present(leave_at)) leave_at = count
    end function run_program
 
    !> Read the deck, and run it unless only a check or an explanation is wanted.
-   integer function run_deck(options) result(status)
+   integer function run_deck(options, leave_at) result(status)
       type(options_t), intent(in) :: options
-      type(deck_t) :: deck, manual
+      !> as run_program
+      integer(i8), intent(inout) :: leave_at
+      type(run_t), allocatable :: run
       type(diagnostics_t) :: diagnostics
-      type(simulation_t), allocatable :: simulation
-      type(output_requests_t) :: requests
-      character(len=:), allocatable :: job, problem
-      real(wp) :: start
-      start = monotonic_time()
-      if (options%threads > 0) call omp_set_num_threads(options%threads)
-      allocate (simulation)
-      simulation%log%quiet = options%quiet
-      call deck%read_file(options%deck, padded(options%overrides), diagnostics)
-      if (len(deck%full_text()) > 0 .or. diagnostics%n_errors == 0) & ! else it is not there, and that is all to be said
-         call read_case(deck, simulation, requests, job, diagnostics)
+      character(len=:), allocatable :: problem
+      allocate (run)
+      call prepare(run, options, leave_at)
+      call run%deck%read_file(options%deck, padded(options%overrides), diagnostics)
+      if (len(run%deck%full_text()) > 0 .or. diagnostics%n_errors == 0) & ! else it is not there, and that is all to be said
+         call read_case(run%deck, run%simulation, run%requests, run%job, diagnostics)
       call diagnostics%print(error_unit)
       status = diagnostics%exit_status()
       if (status /= exit_done) return
-      if (len(job) == 0) job = deck%default_job()
-      if (len(options%job) > 0) job = options%job
-      call describe(manual)
+      if (len(run%job) == 0) run%job = run%deck%default_job()
+      if (len(options%job) > 0) run%job = options%job
+      run%folder = options%output
       if (options%action == action_explain) then
-         call deck%explain(output_unit, manual)
+         call run%deck%explain(output_unit, run%manual)
          return
       end if
-      write (output_unit, '(a)') 'rfem '//version//' ('//commit//'), '//to_text(omp_get_max_threads())//' threads, job '//job
-      if (options%action /= action_check) call list_settings(deck, manual)
-      simulation%reading_time = monotonic_time() - start
-      call summarise_model(simulation, simulation%reading_time)
+      call say_hello(run%job)
+      if (options%action /= action_check) call list_settings(run%deck, run%manual)
+      run%simulation%reading_time = monotonic_time() - run%start
+      call summarise_model(run%simulation, run%simulation%reading_time)
       if (options%action == action_check) then
-         write (output_unit, '(a)') 'checked: '//deck%name()//' is a good deck'
+         write (output_unit, '(a)') 'checked: '//run%deck%name()//' is a good deck'
          return
       end if
-      call memory_problem(int(simulation%model%mesh%n_elements, i8), bytes_to_run, 'to be run', problem)
+      call memory_problem(int(run%simulation%model%mesh%n_elements, i8), bytes_to_run, 'to be run', problem)
       if (allocated(problem)) then
          status = exit_wrong_input
          write (error_unit, '(a)') 'rfem: error: '//problem
          return
       end if
-      status = run_simulation(options, deck, manual, simulation, requests, job, start)
+      status = run%begin()
+      leave_at = run%simulation%interruption%times
    end function run_deck
+
+   !> Go on from a checkpoint.
+   integer function restart(options, leave_at) result(status)
+      type(options_t), intent(in) :: options
+      !> as run_program
+      integer(i8), intent(inout) :: leave_at
+      type(run_t), allocatable :: run
+      type(checkpoint_t) :: checkpoint
+      type(diagnostics_t) :: diagnostics
+      character(len=:), allocatable :: ignored
+      allocate (run)
+      call prepare(run, options, leave_at)
+      status = exit_done
+      call run%open(options%restart, checkpoint)
+      if (.not. allocated(checkpoint%error)) then
+         call run%deck%read_text(checkpoint%origin%deck, checkpoint%origin%deck_name, [character(len=1) ::], diagnostics)
+         call read_case(run%deck, run%simulation, run%requests, ignored, diagnostics)
+         if (diagnostics%exit_status() /= exit_done) then
+            call diagnostics%print(error_unit)
+            call checkpoint%fail(options%restart//': this version of rfem refuses the deck in it')
+         end if
+      end if
+      if (allocated(checkpoint%error)) then
+         status = merge(exit_not_written, exit_wrong_input, path_exists(options%restart))
+         write (error_unit, '(a)') 'rfem: error: '//checkpoint%error
+         return
+      end if
+      if (options%action == action_explain) then
+         call run%deck%explain(output_unit, run%manual)
+         return
+      end if
+      call say_hello(run%job)
+      run%simulation%reading_time = monotonic_time() - run%start
+      status = run%go_on(checkpoint)
+      leave_at = run%simulation%interruption%times
+   end function restart
+
+   !> What a run knows before its deck is read.
+   subroutine prepare(run, options, leave_at)
+      type(run_t), intent(inout) :: run
+      type(options_t), intent(in) :: options
+      integer(i8), intent(in) :: leave_at
+      run%start = monotonic_time()
+      call catch_save_signal()
+      if (options%threads > 0) call omp_set_num_threads(options%threads)
+      run%simulation%log%quiet = options%quiet
+      run%simulation%interruption%leave_at = leave_at
+      call describe(run%manual)
+   end subroutine prepare
+
+   !> The first line of the log.
+   subroutine say_hello(job)
+      character(len=*), intent(in) :: job
+      write (output_unit, '(a)') 'rfem '//version//' ('//commit//'), '//to_text(omp_get_max_threads())//' threads, job '//job
+   end subroutine say_hello
 
    !> A deck that describes itself, for the defaults of what the user's deck leaves out.
    subroutine describe(manual)
@@ -126,92 +194,5 @@ contains
          write (output_unit, '(a)') '  '//names(i)%s//' = '//values(i)%s//'  ('//origins(i)%s//')'
       end do
    end subroutine list_settings
-
-   !> Open the results, run, close the results, say how it went.
-   integer function run_simulation(options, deck, manual, simulation, requests, job, start) result(status)
-      type(options_t), intent(in) :: options
-      !> the deck, and one that describes itself
-      type(deck_t), intent(in) :: deck, manual
-      type(simulation_t), intent(inout) :: simulation
-      type(output_requests_t), intent(in) :: requests
-      character(len=*), intent(in) :: job
-      !> monotonic time at the start of the program [s]
-      real(wp), intent(in) :: start
-      character(len=:), allocatable :: error, prefix, title
-      type(text_t), allocatable :: heading(:)
-      prefix = job
-      if (len(options%output) > 0) then
-         if (.not. is_folder(options%output)) then
-            if (.not. make_folders(options%output)) error = folder_problem(options%output)
-         end if
-         prefix = options%output//'/'//job
-      end if
-      call deck%heading(heading)
-      title = job
-      if (size(heading) > 0) title = heading(1)%s
-      call fill_provenance(deck, manual, simulation)
-      if (.not. allocated(error)) call simulation%model%prepare()
-      if (.not. allocated(error)) &
-         call simulation%recorder%create(prefix, title, requests, any(simulation%fracture%on), simulation%model%dynamics%wanted, &
-                                        error)
-      if (.not. allocated(error)) then
-         call simulation%run()
-         if (simulation%status == exit_not_written) then
-            error = simulation%message
-         else
-            call simulation%recorder%finish(simulation%model, simulation%position, monotonic_time() - start, &
-                                            simulation%status, error)
-         end if
-         call simulation%log%end_progress()
-         if (allocated(error)) call simulation%recorder%discard()
-      end if
-      status = simulation%status
-      if (allocated(error)) then
-         status = exit_not_written
-         write (error_unit, '(a)') 'rfem: error: '//error
-         return
-      end if
-      call summarise_run(simulation, monotonic_time() - start)
-      if (allocated(simulation%message)) write (error_unit, '(a)') 'rfem: error: '//simulation%message
-   end function run_simulation
-
-   !> Why a folder cannot be made.
-   function folder_problem(path) result(problem)
-      character(len=*), intent(in) :: path
-      character(len=:), allocatable :: problem
-      integer :: there
-      do there = len(path), 1, -1        ! the longest part of the path that is there
-         if (there < len(path)) then
-            if (path(there + 1:there + 1) /= '/') cycle
-         end if
-         if (path_exists(path(:there))) exit
-      end do
-      problem = 'the folder '//path//' cannot be made: '
-      if (there == 0) then
-         problem = problem//'the working directory cannot be written to'
-      else if (is_folder(path(:there))) then
-         problem = problem//path(:there)//' cannot be written to'
-      else
-         problem = problem//path(:there)//' is no folder'
-      end if
-   end function folder_problem
-
-   subroutine fill_provenance(deck, manual, simulation)
-      type(deck_t), intent(in) :: deck, manual
-      type(simulation_t), intent(inout) :: simulation
-      associate (provenance => simulation%recorder%provenance)
-         provenance%deck = deck%full_text()
-         provenance%deck_name = deck%name()
-         provenance%version = version
-         provenance%commit = commit
-         provenance%compiler = compiler
-         provenance%flags = flags
-         provenance%host = host_name()
-         provenance%start_time = date_text()
-         provenance%threads = omp_get_max_threads()
-         call deck%settings(provenance%setting_names, provenance%setting_values, provenance%setting_origins, &
-                             manual)
-      end associate
-   end subroutine fill_provenance
 
 end module rf_program

@@ -1,6 +1,7 @@
 !> The search for the load at which an increment's first event happens: false position in the Illinois form (theory: eq. 36).
 module rf_search
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_model, only: model_t
    use rf_snapshot, only: snapshot_t
    implicit none
@@ -24,7 +25,7 @@ module rf_search
       !> the trial is taken whatever it shows
       logical, private :: final = .false.
    contains
-      procedure :: begin, judge
+      procedure :: begin, judge, exchange
       procedure, private :: next
    end type search_t
 
@@ -91,5 +92,22 @@ contains
       end if
       call self%next()
    end subroutine judge
+
+   !> To or from a checkpoint.
+   subroutine exchange(self, archive)
+      class(search_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%enter('beyond')
+      call self%beyond%exchange(archive)
+      call archive%leave()
+      call archive%exchange('trial', self%trial)
+      call archive%exchange('low', self%low)
+      call archive%exchange('high', self%high)
+      call archive%exchange('f_low', self%f_low)
+      call archive%exchange('f_high', self%f_high)
+      call archive%exchange('side', self%side)
+      call archive%exchange('trials', self%trials)
+      call archive%exchange('final', self%final)
+   end subroutine exchange
 
 end module rf_search

@@ -3,11 +3,12 @@
 module rf_simulation
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_interruption, only: interruption_t
    use rf_model, only: model_t
    use rf_ray, only: split_t
    use rf_relaxation, only: relaxation_settings_t, relaxed, relaxed_roughly, relaxation_mechanism, relaxation_not_finite
-   use rf_failure, only: fracture_settings_t, splitting_none
+   use rf_failure, only: fracture_settings_t
    use rf_energy, only: energy_t
    use rf_loads, only: load_definition_t
    use rf_removal_input, only: removal_t
@@ -17,6 +18,7 @@ module rf_simulation
    use rf_snapshot, only: snapshot_t
    use rf_search, only: search_t
    use rf_step_input, only: step_t
+   use rf_restart_input, only: restart_settings_t
    use rf_log, only: log_t, short
    use rf_text, only: to_text
    implicit none
@@ -41,19 +43,21 @@ module rf_simulation
       !> loads and supports of all steps; kinds that a step replaces (OP=NEW), (kind, step)
       type(load_definition_t), allocatable :: loads(:)
       logical, allocatable :: replaced(:, :)
+      !> when checkpoints are written
+      type(restart_settings_t) :: restart
       !> what is taken out of the body when a step begins
       type(removal_t), allocatable :: removals(:)
       type(recorder_t) :: recorder
       !> what the log says of the cracks that exist from the start
       character(len=:), allocatable :: cracks_note
       type(log_t) :: log
-      !> whether the run is to be left
+      !> whether the run is to be left, or a checkpoint to be written
       type(interruption_t) :: interruption
       !> exit status, and what to tell the user if it is not 0
       integer :: status = exit_done
       character(len=:), allocatable :: message
-      !> time of reading the deck [s]
-      real(wp) :: reading_time = 0
+      !> time of reading the deck; of the whole run, by all processes that it went through, at the last checkpoint [s]
+      real(wp) :: reading_time = 0, wall_time = 0
       !> states that were taken above the tolerance; the largest utilisation that a settled state left
       integer :: not_converged = 0
       real(wp) :: largest_settled = 0
@@ -77,21 +81,40 @@ module rf_simulation
       !> STOP DROP: largest reaction of the monitor and its direction
       real(wp), private :: peak = 0, peak_direction(2) = 0
    contains
-      procedure :: run, is_over
+      procedure :: run, is_over, place, exchange
       procedure, private :: start, begin_step, end_step, next_increment, begin_increment, head_for, relax, decide
-      procedure, private :: must_locate, begin_search, try_load, after_trial, at_first_event
-      procedure, private :: accept, record, recording_failed, apply_loads, watch_peak, watch_drop
+      procedure, private :: mark_checkpoint, accept, record, recording_failed, apply_loads, watch_peak, watch_drop
+      ! rf_first_event
+      procedure, private :: must_locate, begin_search, after_trial
       ! rf_events
       procedure, private :: settle, after_event, go_on_breaking, settled, one_round, one_split, split_others
       ! rf_dynamic_step
       procedure, private :: begin_time_steps, one_time_step
       ! rf_excavation
       procedure, private :: excavate, follow_growth
+      ! rf_simulation_state: exchange
       ! rf_endings
       procedure, private :: stop_as_mechanism, stop_not_finite, stop_not_converged
    end type simulation_t
 
    interface
+
+      !> Whether the load of the increment's first event is to be found: something fails clearly at its end that did not
+      !> at its start.
+      pure module function must_locate(self) result(must)
+         class(simulation_t), intent(in) :: self
+         logical :: must
+      end function must_locate
+
+      !> Begin to search for the load at which the increment's first event happens.
+      module subroutine begin_search(self)
+         class(simulation_t), intent(inout) :: self
+      end subroutine begin_search
+
+      !> The body has relaxed at a trial load: it is the one, or the next is tried.
+      module subroutine after_trial(self)
+         class(simulation_t), intent(inout) :: self
+      end subroutine after_trial
 
       !> Take the equilibrium and let everything break that fails at this load, one node at a time.
       module subroutine settle(self)
@@ -155,6 +178,12 @@ module rf_simulation
          class(simulation_t), intent(inout) :: self
       end subroutine follow_growth
 
+      !> To or from a checkpoint: all that the deck does not say.
+      module subroutine exchange(self, archive)
+         class(simulation_t), intent(inout) :: self
+         class(archive_t), intent(inout) :: archive
+      end subroutine exchange
+
       !> A piece that loads drive comes to no rest: the expected end under load control. The last equilibrium is the answer.
       module subroutine stop_as_mechanism(self)
          class(simulation_t), intent(inout) :: self
@@ -199,11 +228,28 @@ contains
       end do
    end subroutine run
 
+   !> An increment is done: is a checkpoint due?
+   subroutine mark_checkpoint(self, due)
+      class(simulation_t), intent(inout) :: self
+      !> it is the turn of this increment
+      logical, intent(in) :: due
+      if (self%restart%write .and. (due .or. self%position%last .or. self%step_over)) self%interruption%save = .true.
+   end subroutine mark_checkpoint
+
    !> Whether nothing is left to do.
    pure logical function is_over(self)
       class(simulation_t), intent(in) :: self
       is_over = self%stage == stage_over
    end function is_over
+
+   !> Where the run stands, for the log.
+   function place(self) result(text)
+      class(simulation_t), intent(in) :: self
+      character(len=:), allocatable :: text
+      text = 'step '//to_text(self%position%step)//', increment '//to_text(self%position%increment)//', load factor '// &
+             short(self%position%load_factor)//', '//to_text(self%model%events)//' events'
+      if (self%model%relaxation%under_way) text = text//', iteration '//to_text(self%model%relaxation%iterations)
+   end function place
 
    !> The state before the first step: row and frame 0. What its velocities are worth is booked when the step begins.
    subroutine start(self)
@@ -384,65 +430,6 @@ contains
          call self%go_on_breaking()
       end select
    end subroutine decide
-
-   !> Whether the load of the increment's first event is to be found: something fails clearly at its end that did not
-   !> at its start.
-   pure logical function must_locate(self)
-      class(simulation_t), intent(in) :: self
-      associate (settings => self%model%failure%settings)
-         must_locate = settings%on .and. settings%splitting /= splitting_none .and. settings%locate .and. &
-                       self%utilisation_before < 1 .and. self%model%failure%largest > 1 + settings%overshoot
-      end associate
-   end function must_locate
-
-   !> The load at which the increment's first event happens: utilisation between 1 and 1 + OVERSHOOT.
-   subroutine begin_search(self)
-      class(simulation_t), intent(inout) :: self
-      call self%search%begin(self%model, self%last%fraction, own_fraction(self), self%utilisation_before, &
-                             self%model%failure%settings%overshoot)
-      call self%try_load()
-   end subroutine begin_search
-
-   !> Try a load of the increment: from the last equilibrium, on the line between the increment's ends. It leaves nothing
-   !> behind.
-   subroutine try_load(self)
-      class(simulation_t), intent(inout) :: self
-      self%stage = stage_search
-      call self%last%restore(self%model)
-      call self%apply_loads(self%search%trial)
-      call self%last%interpolate(self%search%beyond, self%search%trial, self%model)
-   end subroutine try_load
-
-   !> The load is found, or the next one is tried.
-   subroutine after_trial(self)
-      class(simulation_t), intent(inout) :: self
-      logical :: found
-      call self%search%judge(self%model%failure%largest, self%model%failure%settings%overshoot, found)
-      if (found) then
-         call self%at_first_event()
-      else
-         call self%try_load()
-      end if
-   end subroutine after_trial
-
-   !> The body is in equilibrium at the load of the first event.
-   subroutine at_first_event(self)
-      class(simulation_t), intent(inout) :: self
-      type(split_t) :: split
-      call self%model%failure%plan(self%model%mesh, self%model%material, split)
-      if (split%node > 0) then
-         self%position%located = .true.
-         call self%settle()
-         return
-      end if
-      call self%last%restore(self%model)
-      call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
-      if (self%model%failure%n_exhausted > self%exhausted_before) then
-         call self%begin_increment()              ! no admissible direction there: look for the next
-      else
-         call self%head_for(stage_own_load)       ! the load cannot be found (states above the tolerance): leave it
-      end if
-   end subroutine at_first_event
 
    !> Loads at a fraction of the step, and where that is in time.
    subroutine apply_loads(self, fraction)

@@ -2,6 +2,7 @@
 !> a mechanism stops the run at the last equilibrium.
 module rf_snapshot
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_model, only: model_t
    implicit none
    private
@@ -21,7 +22,7 @@ module rf_snapshot
       real(wp), allocatable :: cohesive(:, :), separation(:)
       real(wp) :: b = 0.5_wp
    contains
-      procedure :: take, restore, forget, interpolate
+      procedure :: take, restore, forget, interpolate, exchange
    end type snapshot_t
 
 contains
@@ -87,5 +88,21 @@ contains
          model%motion%uy(n) = other%uy(n)
       end do
    end subroutine interpolate
+
+   !> To or from a checkpoint.
+   subroutine exchange(self, archive)
+      class(snapshot_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%exchange('valid', self%valid)
+      call archive%exchange('fraction', self%fraction)
+      call archive%exchange('ux', self%ux)
+      call archive%exchange('uy', self%uy)
+      call archive%exchange('largest_scale', self%largest_scale)
+      call archive%exchange('reaction', self%reaction)
+      call archive%exchange('impulse', self%impulse)
+      call archive%exchange('cohesive', self%cohesive)
+      call archive%exchange('separation', self%separation)
+      call archive%exchange('b', self%b)
+   end subroutine exchange
 
 end module rf_snapshot

@@ -186,10 +186,9 @@ contains
       end do
    end subroutine read_job
 
-   !> Name the keywords that this version does not run yet, and those that are passed over.
+   !> Name the keywords that are passed over.
    subroutine declare_others(deck)
       type(deck_t), intent(inout) :: deck
-      call deck%later('RESTART', 'checkpoints')
       call deck%skipped('NODE FILE')
       call deck%skipped('EL FILE')
       call deck%skipped('NODE OUTPUT')

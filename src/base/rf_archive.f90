@@ -131,8 +131,8 @@ contains
          datum%lower = found%lower
          datum%extent = found%extent
       else
-         datum%lower(:datum%rank) = lower
-         datum%extent(:datum%rank) = extent
+         datum%lower(:size(lower)) = lower            ! none of what is not allocated
+         datum%extent(:size(extent)) = extent
          if (present(used) .and. datum%present) datum%extent(datum%rank) = max(0, min(datum%extent(datum%rank), &
                                                                                       used - datum%lower(datum%rank) + 1))
          if (.not. datum%present) datum%extent = 0

@@ -12,8 +12,8 @@ module rf_interruption
    integer(i8), parameter :: asked_a_look = 4
 
    type :: interruption_t
-      !> moment at which the run is left of itself, on the scale of `monotonic_time` [s]
-      real(wp) :: deadline = huge(1.0_wp)
+      !> moments at which the run is left, and at which a checkpoint is written, of itself: on the scale of `monotonic_time` [s]
+      real(wp) :: deadline = huge(1.0_wp), save_at = huge(1.0_wp)
       !> for tests: how often it is asked until the run is left, wherever it is then (negative: never)
       integer(i8) :: leave_at = -1
       !> how often it has been asked
@@ -29,10 +29,13 @@ contains
    !> Whether to stop here, at a place from which the run can go on with the same bits.
    logical function asked(self)
       class(interruption_t), intent(inout) :: self
+      real(wp) :: now
       self%times = self%times + 1
       if (told_to_leave() .or. self%times == self%leave_at) self%leave = .true.
-      if (self%deadline < huge(1.0_wp) .and. mod(self%times, asked_a_look) == 0) then
-         if (monotonic_time() >= self%deadline) self%leave = .true.
+      if (min(self%deadline, self%save_at) < huge(1.0_wp) .and. mod(self%times, asked_a_look) == 0) then
+         now = monotonic_time()
+         self%leave = self%leave .or. now >= self%deadline
+         self%save = self%save .or. now >= self%save_at
       end if
       if (told_to_save()) self%save = .true.
       asked = self%leave .or. self%save

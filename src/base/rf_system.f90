@@ -6,8 +6,8 @@ module rf_system
    implicit none
    private
    public :: is_terminal, path_exists, is_folder, is_readable, read_whole, make_folders, rename_file, remove_file, link_file, &
-      sync_file, sync_folder, real_path, host_name, environment, process_id, exit_program, catch_signals, leave_signal, &
-      told_to_leave, told_to_save, refuse_large_files, read_ok, read_missing, &
+      sync_file, sync_folder, real_path, host_name, environment, process_id, exit_program, catch_save_signal, &
+      catch_leave_signals, leave_signal, told_to_leave, told_to_save, refuse_large_files, read_ok, read_missing, &
       read_folder, read_refused, read_failed, read_too_large, largest_file
 
    !> what read_whole found
@@ -338,17 +338,24 @@ contains
       call c_exit(int(status, c_int))
    end subroutine exit_program
 
-   !> From now on SIGINT (Ctrl-C), SIGTERM and SIGUSR1 are remembered instead of ending the program. What the caller has told
-   !> the program to ignore (a shell that runs it in the background, SIGINT) stays ignored. A second SIGINT ends it at once.
-   subroutine catch_signals()
-      integer(c_int), parameter :: numbers(3) = [signal_interrupt, signal_terminate, signal_user_1]
+   !> From now on SIGUSR1 is remembered instead of ending the program.
+   subroutine catch_save_signal()
+      call catch(signal_user_1)
+   end subroutine catch_save_signal
+
+   !> From now on SIGINT (Ctrl-C) and SIGTERM are remembered instead of ending the program. A second SIGINT ends it at once.
+   subroutine catch_leave_signals()
+      call catch(signal_interrupt)
+      call catch(signal_terminate)
+   end subroutine catch_leave_signals
+
+   !> What the caller has told the program to ignore (a shell that runs it in the background: SIGINT) stays ignored.
+   subroutine catch(number)
+      integer(c_int), intent(in) :: number
       type(c_funptr) :: old
-      integer :: i
-      do i = 1, size(numbers)
-         old = c_signal(numbers(i), c_funloc(remember))
-         if (transfer(old, ignoring) == ignoring) old = c_signal(numbers(i), transfer(ignoring, c_null_funptr))
-      end do
-   end subroutine catch_signals
+      old = c_signal(number, c_funloc(remember))
+      if (transfer(old, ignoring) == ignoring) old = c_signal(number, transfer(ignoring, c_null_funptr))
+   end subroutine catch
 
    !> Let a write beyond the user's limit of file sizes (ulimit -f) fail with a reason, as on a full disk, and not end the program.
    subroutine refuse_large_files()

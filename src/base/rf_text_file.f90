@@ -6,7 +6,9 @@ module rf_text_file
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_long, c_null_char, c_null_ptr, c_ptr, &
       c_size_t
    use rf_kinds, only: i8
-   use rf_system, only: refuse_large_files, remove_file
+   use rf_archive, only: archive_t
+   use rf_system, only: refuse_large_files, remove_file, path_exists
+   use rf_text, only: to_text
    implicit none
    private
 
@@ -14,6 +16,8 @@ module rf_text_file
    integer, parameter :: buffer_size = 65536
    !> whence of fseek: from the beginning, from the end (stdio.h)
    integer(c_int), parameter :: from_beginning = 0_c_int, from_end = 2_c_int
+   !> flock: alone, without waiting (sys/file.h)
+   integer(c_int), parameter :: lock_alone = 6_c_int
    !> longest reason that is kept [characters]
    integer, parameter :: reason_length = 200
 
@@ -29,8 +33,12 @@ module rf_text_file
       integer(i8), private :: written = 0
       !> the first error
       character(len=:), allocatable, private :: failure
+      !> length that a checkpoint knows [characters]
+      integer(i8), private :: kept = 0
    contains
       procedure :: create
+      procedure :: exchange
+      procedure :: go_on
       procedure :: put
       procedure :: put_line
       procedure :: position
@@ -67,6 +75,27 @@ module rf_text_file
          integer(c_int), value :: whence
          integer(c_int) :: status
       end function c_fseek
+      function c_fileno(stream) bind(c, name='fileno') result(descriptor)
+         import :: c_ptr, c_int
+         type(c_ptr), value :: stream
+         integer(c_int) :: descriptor
+      end function c_fileno
+      function c_ftruncate(descriptor, length) bind(c, name='ftruncate') result(status)
+         import :: c_int, c_long
+         integer(c_int), value :: descriptor
+         integer(c_long), value :: length
+         integer(c_int) :: status
+      end function c_ftruncate
+      function c_fsync(descriptor) bind(c, name='fsync') result(status)
+         import :: c_int
+         integer(c_int), value :: descriptor
+         integer(c_int) :: status
+      end function c_fsync
+      function c_flock(descriptor, how) bind(c, name='flock') result(status)
+         import :: c_int
+         integer(c_int), value :: descriptor, how
+         integer(c_int) :: status
+      end function c_flock
       function c_fclose(stream) bind(c, name='fclose') result(status)
          import :: c_ptr, c_int
          type(c_ptr), value :: stream
@@ -90,14 +119,79 @@ contains
       class(text_file_t), intent(out) :: this
       character(len=*), intent(in) :: path
       character(len=:), allocatable, intent(out) :: error
+      integer(c_int) :: status
       call refuse_large_files()
       this%path = path
       allocate (character(len=buffer_size) :: this%buffer)
       this%stream = c_fopen(path//c_null_char, 'w'//c_null_char)
       this%opened = c_associated(this%stream)
       call this%note(this%opened, 'create')
+      if (this%opened) status = c_flock(c_fileno(this%stream), lock_alone) ! so that no other run goes on with it
       if (allocated(this%failure)) error = this%failure
    end subroutine create
+
+   !> To or from a checkpoint: how long the file is. (Derived: path, stream, opened, buffer, used, failure belong to the process;
+   !> written is kept.) What the checkpoint knows has to be on the disk before it.
+   subroutine exchange(this, archive)
+      class(text_file_t), intent(inout) :: this
+      class(archive_t), intent(inout) :: archive
+      character(len=:), allocatable :: error
+      if (.not. archive%reading) then
+         call this%flush(error)
+         if (this%opened .and. .not. allocated(error)) call this%note(c_fsync(c_fileno(this%stream)) == 0, 'write to')
+         if (allocated(this%failure)) call archive%fail(this%failure)
+         this%kept = this%position()
+      end if
+      call archive%exchange('length', this%kept)
+   end subroutine exchange
+
+   !> Go on with the file of a checkpoint: what was written after it is cut off.
+   subroutine go_on(this, path, look_only, error)
+      class(text_file_t), intent(inout) :: this
+      character(len=*), intent(in) :: path
+      !> only say whether it can be done
+      logical, intent(in) :: look_only
+      character(len=:), allocatable, intent(out) :: error
+      integer(i8) :: length
+      if (.not. path_exists(path)) then
+         error = path//': is missing; the run cannot go on without it'
+         return
+      end if
+      inquire (file=path, size=length)
+      if (length < this%kept) then
+         error = path//': has '//to_text(length)//' bytes, the checkpoint knows '//to_text(this%kept)// &
+                 '; the run cannot go on with it'
+         return
+      end if
+      call refuse_large_files()
+      this%path = path
+      if (.not. allocated(this%buffer)) allocate (character(len=buffer_size) :: this%buffer)
+      this%stream = c_fopen(path//c_null_char, 'r+'//c_null_char)
+      this%opened = c_associated(this%stream)
+      call this%note(this%opened, 'write to')
+      if (this%opened) call look_and_cut(this, look_only)
+      if (allocated(this%failure)) error = this%failure
+   end subroutine go_on
+
+   !> Nobody else may be writing; then cut to the length that is known.
+   subroutine look_and_cut(this, look_only)
+      type(text_file_t), intent(inout) :: this
+      logical, intent(in) :: look_only
+      integer(c_int) :: status
+      if (c_flock(c_fileno(this%stream), lock_alone) /= 0) then
+         if (index(system_reason(), 'temporarily unavailable') > 0) &
+            this%failure = this%path//': is being written by another run'
+      end if
+      if (look_only .or. allocated(this%failure)) then
+         status = c_fclose(this%stream)
+         this%opened = .false.
+         return
+      end if
+      call this%note(c_ftruncate(c_fileno(this%stream), int(this%kept, c_long)) == 0, 'write to')
+      call this%note(c_fseek(this%stream, 0_c_long, from_end) == 0, 'write to')
+      this%written = this%kept
+      this%used = 0
+   end subroutine look_and_cut
 
    !> Keep the first error. Call it right after the failing call.
    subroutine note(this, good, what)
@@ -202,12 +296,17 @@ contains
    end subroutine close_file
 
    !> Close and delete the file, if this run made it; errors do not matter any more.
-   subroutine discard(this)
+   subroutine discard(this, keep)
       class(text_file_t), intent(inout) :: this
+      !> leave the file as it is instead of deleting it (default: no)
+      logical, intent(in), optional :: keep
+      logical :: kept
       logical :: gone
       integer(c_int) :: status
       if (this%opened) status = c_fclose(this%stream)
-      if (allocated(this%path) .and. this%opened) gone = remove_file(this%path)
+      kept = .false.
+      if (present(keep)) kept = keep
+      if (allocated(this%path) .and. this%opened .and. .not. kept) gone = remove_file(this%path)
       this%opened = .false.
    end subroutine discard
 

@@ -34,7 +34,7 @@ contains
       if (cracks%n == 0) return
       call crack_mesh(model%mesh, cracks, fit, model%changes, diagnostics, loaded_nodes(model%mesh, definitions))
       call model%material%adopt(model%changes)
-      call model%failure%adopt(model%mesh, model%material, model%changes)
+      call model%failure%adopt(model%mesh, model%changes)
       do c = 1, cracks%n
          if (cracks%crack(c)%splitting == crack_element) call cut_crack(model, cracks%crack(c), c, diagnostics)
       end do
@@ -132,7 +132,7 @@ contains
          call cutter%advance(model%mesh, to, model%failure%no_split_node, model%failure%no_split_element, model%changes, done)
          if (done) exit
          call model%material%adopt(model%changes)
-         call model%failure%adopt(model%mesh, model%material, model%changes)
+         call model%failure%adopt(model%mesh, model%changes)
       end do
    end subroutine cut_part
 

@@ -4,7 +4,7 @@ module rf_criterion
    use rf_kinds, only: wp, i1
    implicit none
    private
-   public :: criterion_t, strength_t, principal, tension_share, shear_share, rotated
+   public :: criterion_t, strength_t, strengths, shares, principal, tension_share, shear_share, rotated
    public :: mode_none, mode_tension, mode_shear, max_rays
 
    !> modes of failure
@@ -37,9 +37,9 @@ module rf_criterion
          class(criterion_t), intent(in) :: self
          integer, intent(in) :: n
          !> xx, yy, xy, tension positive [stress], (3, n)
-         real(wp), intent(in) :: stress(:, :)
+         real(wp), intent(in), contiguous :: stress(:, :)
          !> tensile strength, cohesion [stress], tangent of the friction angle [-], (3, n)
-         real(wp), intent(in) :: strength(:, :)
+         real(wp), intent(in), contiguous :: strength(:, :)
          !> utilisation [-], (n)
          real(wp), intent(inout) :: f(:)
          !> mode that decides, (n)
@@ -77,6 +77,36 @@ contains
       if (bearing > 0) shear_share = 0.5_wp*(s1 - s3)/bearing
    end function shear_share
 
+   !> Strength of points: tensile strength, cohesion, tangent of the friction angle.
+   pure subroutine strengths(strength, factor, values)
+      type(strength_t), intent(in) :: strength
+      !> scatter of each point's tensile strength and cohesion [-], (n)
+      real(wp), intent(in) :: factor(:)
+      !> (3, n)
+      real(wp), intent(inout) :: values(:, :)
+      integer :: i
+      do i = 1, size(factor)
+         values(1, i) = strength%tensile*factor(i)
+         values(2, i) = strength%cohesion*factor(i)
+         values(3, i) = strength%tan_friction
+      end do
+   end subroutine strengths
+
+   !> Principal stresses and both shares of many points, in one loop that compilers make vectors of.
+   pure subroutine shares(n, stress, strength, s1, s3, tension, shear)
+      integer, intent(in) :: n
+      !> as in utilisation
+      real(wp), intent(in), contiguous :: stress(:, :), strength(:, :)
+      !> principal stresses, compression positive [stress]; shares [-]
+      real(wp), intent(out) :: s1(n), s3(n), tension(n), shear(n)
+      integer :: i
+      do i = 1, n
+         call principal(stress(:, i), s1(i), s3(i))
+         tension(i) = tension_share(s3(i), strength(1, i))
+         shear(i) = shear_share(s1(i), s3(i), strength(2, i), strength(3, i))
+      end do
+   end subroutine shares
+
    !> Directions of failure: in tension both ways along the s1 axis, in shear the two conjugate planes at
    !> 45 - phi/2 degrees from it, both ways (theory: eq. 30).
    subroutine directions(self, stress, tan_friction, mode, ray, n)
@@ -110,16 +140,15 @@ contains
 
    !> What the screen takes for the utilisation of an element: a criterion whose branches jump has to give the larger of
    !> them, because the mean of stresses of one branch may lie in the other. Here: the utilisation.
-   subroutine bound(self, n, stress, strength, f, limit)
+   subroutine bound(self, n, stress, strength, limit)
       class(criterion_t), intent(in) :: self
       integer, intent(in) :: n
-      !> as in utilisation, and its result
-      real(wp), intent(in) :: stress(:, :), strength(:, :), f(:)
+      !> as in utilisation
+      real(wp), intent(in), contiguous :: stress(:, :), strength(:, :)
       !> (n)
       real(wp), intent(inout) :: limit(:)
-      associate (unused => self, unused_stress => stress, unused_strength => strength)
-      end associate
-      limit(:n) = f(:n)
+      integer(i1) :: mode(n)
+      call self%utilisation(n, stress, strength, limit, mode)
    end subroutine bound
 
    !> A vector turned by an angle [rad], counter-clockwise.

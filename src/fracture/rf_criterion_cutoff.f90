@@ -1,7 +1,7 @@
 !> Mohr-Coulomb with the usual tension cut-off: the larger of both shares decides mode and direction.
 module rf_criterion_cutoff
    use rf_kinds, only: wp, i1
-   use rf_criterion, only: criterion_t, principal, tension_share, shear_share, mode_tension, mode_shear
+   use rf_criterion, only: criterion_t, shares, mode_tension, mode_shear
    implicit none
    private
    public :: cutoff_t
@@ -17,21 +17,19 @@ contains
    subroutine utilisation(self, n, stress, strength, f, mode)
       class(cutoff_t), intent(in) :: self
       integer, intent(in) :: n
-      real(wp), intent(in) :: stress(:, :), strength(:, :)
+      real(wp), intent(in), contiguous :: stress(:, :), strength(:, :)
       real(wp), intent(inout) :: f(:)
       integer(i1), intent(inout) :: mode(:)
-      real(wp) :: s1, s3, tension, shear
+      real(wp) :: s1(n), s3(n), tension(n), shear(n)
       logical :: torn
       integer :: i
       associate (unused => self)
       end associate
+      call shares(n, stress, strength, s1, s3, tension, shear)
       do i = 1, n
-         call principal(stress(:, i), s1, s3)
-         tension = tension_share(s3, strength(1, i))
-         shear = shear_share(s1, s3, strength(2, i), strength(3, i))
-         torn = s1 <= 0 .and. tension > 1 .and. shear > 1
-         mode(i) = merge(mode_tension, mode_shear, torn .or. tension >= shear)
-         f(i) = max(tension, shear)
+         torn = s1(i) <= 0 .and. tension(i) > 1 .and. shear(i) > 1
+         mode(i) = merge(mode_tension, mode_shear, torn .or. tension(i) >= shear(i))
+         f(i) = max(tension(i), shear(i))
       end do
    end subroutine utilisation
 

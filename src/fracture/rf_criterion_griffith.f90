@@ -1,7 +1,7 @@
 !> The criterion of Qiu & Ding (2007), eq. 2: tension where sigma1 < -3 sigma3 (Griffith), Mohr-Coulomb elsewhere.
 module rf_criterion_griffith
    use rf_kinds, only: wp, i1
-   use rf_criterion, only: criterion_t, principal, tension_share, shear_share, mode_tension, mode_shear
+   use rf_criterion, only: criterion_t, shares, mode_tension, mode_shear
    implicit none
    private
    public :: griffith_t, griffith_jump
@@ -21,39 +21,36 @@ contains
    subroutine utilisation(self, n, stress, strength, f, mode)
       class(griffith_t), intent(in) :: self
       integer, intent(in) :: n
-      real(wp), intent(in) :: stress(:, :), strength(:, :)
+      real(wp), intent(in), contiguous :: stress(:, :), strength(:, :)
       real(wp), intent(inout) :: f(:)
       integer(i1), intent(inout) :: mode(:)
-      real(wp) :: s1, s3
+      real(wp) :: s1(n), s3(n), tension(n), shear(n)
       integer :: i
       associate (unused => self)
       end associate
+      call shares(n, stress, strength, s1, s3, tension, shear)
       do i = 1, n
-         call principal(stress(:, i), s1, s3)
-         if (s1 < border*s3) then
-            f(i) = tension_share(s3, strength(1, i))
+         if (s1(i) < border*s3(i)) then
+            f(i) = tension(i)
             mode(i) = mode_tension
          else
-            f(i) = shear_share(s1, s3, strength(2, i), strength(3, i))
+            f(i) = shear(i)
             mode(i) = mode_shear
          end if
       end do
    end subroutine utilisation
 
    !> The larger of both branches, wherever the stress lies.
-   subroutine bound(self, n, stress, strength, f, limit)
+   subroutine bound(self, n, stress, strength, limit)
       class(griffith_t), intent(in) :: self
       integer, intent(in) :: n
-      real(wp), intent(in) :: stress(:, :), strength(:, :), f(:)
+      real(wp), intent(in), contiguous :: stress(:, :), strength(:, :)
       real(wp), intent(inout) :: limit(:)
-      real(wp) :: s1, s3
-      integer :: i
-      associate (unused => self, unused_f => f)
+      real(wp) :: s1(n), s3(n), tension(n), shear(n)
+      associate (unused => self)
       end associate
-      do i = 1, n
-         call principal(stress(:, i), s1, s3)
-         limit(i) = max(tension_share(s3, strength(1, i)), shear_share(s1, s3, strength(2, i), strength(3, i)))
-      end do
+      call shares(n, stress, strength, s1, s3, tension, shear)
+      limit(:n) = max(tension, shear)
    end subroutine bound
 
    !> Tension -s3 at which shear fails on the border between the branches [stress]: the criterion jumps there to the

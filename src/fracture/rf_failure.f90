@@ -2,6 +2,7 @@
 !> from it. Reads the mesh, never changes it.
 module rf_failure
    use rf_kinds, only: wp, i1
+   use rf_archive, only: archive_t
    use rf_clock, only: stopwatch_t
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
@@ -9,10 +10,9 @@ module rf_failure
    use rf_topology, only: changes_t, side_nodes, elements_around
    use rf_material, only: material_t
    use rf_motion, only: motion_t
-   use rf_stress_k, only: element_stresses, spread_largest
-   use rf_criterion, only: strength_t, principal, max_rays, mode_none, mode_tension
+   use rf_criterion, only: strength_t, strengths, principal, max_rays, mode_none, mode_tension
    use rf_criteria, only: criterion_item_t
-   use rf_recovery, only: patch_work_t, node_stress, materials_at_node
+   use rf_recovery, only: patch_work_t
    use rf_ray, only: split_t, choose_split, split_limits_t
    implicit none
    private
@@ -23,17 +23,11 @@ module rf_failure
    integer, parameter :: splitting_none = 0, splitting_element = 1, splitting_edge = 2
    !> what *FRACTURE, SELECT= may say: the nodes that split together, before the body is relaxed again
    integer, parameter :: select_worst = 1, select_separated = 2, select_all = 3
-   !> part of the largest screen value from which the node's patch is fitted
-   real(wp), parameter :: screen_margin = 0.7_wp
    !> ratio of the stress intensities of shear and opening over that of the mean stresses round a tip: the mean of the
    !> singular field over a circle is 0.76 K_I across the crack and 0.51 K_II along it
    real(wp), parameter :: mean_ratio = 1.5_wp
    !> utilisations closer than this tie
    real(wp), parameter :: tie = 1.0e-6_wp
-   !> materials that may meet at one node
-   integer, parameter :: max_materials = 16
-   !> utilisation of a node that has none: no strength given
-   real(wp), parameter :: no_utilisation = 0.0_wp
 
    type :: fracture_settings_t
       logical :: on = .false.
@@ -53,6 +47,10 @@ module rf_failure
 
    type :: failure_t
       type(fracture_settings_t) :: settings
+      !> some step may break the body; if none does, what follows is there only as long as a frame needs it
+      logical :: watching = .true.
+      !> the stress of the elements is asked for at states without a frame
+      logical :: keeps_stress = .false.
       !> time of looking and planning
       type(stopwatch_t) :: watch
       !> strength and criterion of each material
@@ -62,7 +60,8 @@ module rf_failure
       logical, allocatable :: no_split_node(:), no_split_element(:)
       !> the node has no admissible direction until its fan changes, (nodes)
       logical, allocatable :: exhausted(:)
-      !> a crack that softens goes through the node or beside it: it does not fail until that is broken, (nodes)
+      !> a crack that softens goes through the node or beside it: it does not fail until that is broken, (nodes); here and in
+      !> the next two: not allocated if no material softens
       logical, allocatable :: shielded(:)
       !> the tip of a crack that softens, (nodes)
       logical, allocatable :: soft_tip(:)
@@ -70,11 +69,10 @@ module rf_failure
       real(wp), allocatable :: tip_direction(:, :)
       !> elements round the node have changed since the last look: its stress is not known, (nodes)
       logical, allocatable, private :: stale(:)
-      !> tensile strength, cohesion, tangent of the friction angle of each element, (3, elements)
-      real(wp), allocatable :: element_strength(:, :)
-      !> stresses of the elements, tension positive [stress], (3, elements); their utilisation and mode
-      real(wp), allocatable :: element_stress(:, :), element_utilisation(:)
-      integer(i1), allocatable :: element_mode(:)
+      !> stresses of the elements, tension positive [stress], (3, elements)
+      real(wp), allocatable :: element_stress(:, :)
+      !> utilisation of the elements round the nodes that were planned, (elements)
+      real(wp), allocatable :: element_utilisation(:)
       !> stress and utilisation of the nodes looked at, (3, nodes), (nodes); material and mode that decide
       real(wp), allocatable :: stress(:, :), utilisation(:)
       integer, allocatable :: deciding_material(:)
@@ -84,84 +82,140 @@ module rf_failure
       integer :: n_exhausted = 0
       !> a place where the out-of-plane stress is extreme and F >= 1 was found (node, 0: none)
       integer :: out_of_plane_node = 0
-      !> bound of the elements' utilisation by either branch of the criterion, (elements); the largest in the two rings of
-      !> each node, (nodes)
-      real(wp), allocatable, private :: element_bound(:), screen(:)
+      !> bound of the elements' utilisation by either branch of the criterion, (elements), and the largest of each block
+      real(wp), allocatable, private :: element_bound(:), block_bound(:)
+      !> the screen of the last look, (nodes): the largest bound in two rings of elements, and in one; 0 where it was not needed
+      real(wp), allocatable, private :: screen(:), ring(:)
+      !> nodes that have a screen (all: every node), nodes looked at
+      integer, allocatable, private :: screened(:), looked_at(:)
+      integer, private :: n_screened = 0, n_looked_at = 0
+      logical, private :: all_screened = .true.
    contains
-      procedure :: prepare, adopt, shield, renumber, look, look_everywhere, plan, plan_at, may_fail, aim
-      procedure, private :: reserve, stress_of_elements, set_strength, look_at_node, candidates, find_largest, note_out_of_plane
-      procedure, private :: rays_of
+      procedure :: prepare, mark_regions, adopt, shield, renumber, look, look_everywhere, plan, plan_at, may_fail, aim
+      procedure, private :: reserve, forget, look_at_node, note_out_of_plane, rays_of
+      procedure :: exchange
    end type failure_t
+
+   interface
+      !> To or from a checkpoint.
+      module subroutine exchange(self, archive)
+         class(failure_t), intent(inout) :: self
+         class(archive_t), intent(inout) :: archive
+      end subroutine exchange
+
+      !> Look at the criterion: stress and bound of every element, the screen of the nodes that can be the largest, their patches.
+      module subroutine look(self, mesh, material, motion)
+         class(failure_t), intent(inout) :: self
+         type(mesh_t), intent(in) :: mesh
+         type(material_t), intent(in) :: material
+         type(motion_t), intent(in) :: motion
+      end subroutine look
+
+      !> The same with the stress of every node, for output.
+      module subroutine look_everywhere(self, mesh, material, motion)
+         class(failure_t), intent(inout) :: self
+         type(mesh_t), intent(in) :: mesh
+         type(material_t), intent(in) :: material
+         type(motion_t), intent(in) :: motion
+      end subroutine look_everywhere
+
+      !> Stress, utilisation and mode of a node: one fit and one F for each material at it, the largest counts.
+      module subroutine look_at_node(self, mesh, material, node, work)
+         class(failure_t), intent(inout) :: self
+         type(mesh_t), intent(in) :: mesh
+         type(material_t), intent(in) :: material
+         integer, intent(in) :: node
+         type(patch_work_t), intent(inout) :: work
+      end subroutine look_at_node
+   end interface
 
 contains
 
-   !> Room for the mesh; strength of every element.
+   !> Room for the mesh, where some step may break it.
    subroutine prepare(self, mesh, material)
       class(failure_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
-      integer :: e
+      if (.not. self%watching) then
+         if (allocated(self%no_split_node)) deallocate (self%no_split_node, self%no_split_element)
+         return
+      end if
+      if (any(material%section%fracture_energy(1) > 0) .or. any(material%section%fracture_energy(2) > 0)) then
+         call grow(self%shielded, mesh%n_nodes)
+         call grow(self%soft_tip, mesh%n_nodes)
+         call grow(self%tip_direction, mesh%n_nodes, 2)
+      end if
+      call self%mark_regions(mesh)
       call self%reserve(mesh)
-      do e = 1, mesh%n_elements
-         call self%set_strength(mesh, material, e)
-      end do
    end subroutine prepare
+
+   !> Room for the regions that never break.
+   subroutine mark_regions(self, mesh)
+      class(failure_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      call grow(self%no_split_node, mesh%n_nodes)
+      call grow(self%no_split_element, mesh%n_elements)
+   end subroutine mark_regions
 
    subroutine reserve(self, mesh)
       class(failure_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
-      call grow(self%no_split_node, mesh%n_nodes)
       call grow(self%exhausted, mesh%n_nodes)
-      call grow(self%shielded, mesh%n_nodes)
-      call grow(self%soft_tip, mesh%n_nodes)
-      call grow(self%tip_direction, mesh%n_nodes, 2)
       call grow(self%stale, mesh%n_nodes)
       call grow(self%stress, mesh%n_nodes, 3)
       call grow(self%utilisation, mesh%n_nodes)
       call grow(self%deciding_material, mesh%n_nodes)
       call grow(self%mode, mesh%n_nodes)
       call grow(self%screen, mesh%n_nodes)
-      call grow(self%no_split_element, mesh%n_elements)
-      call grow(self%element_strength, mesh%n_elements, 3)
+      call grow(self%ring, mesh%n_nodes)
       call grow(self%element_stress, mesh%n_elements, 3)
       call grow(self%element_utilisation, mesh%n_elements)
       call grow(self%element_bound, mesh%n_elements)
-      call grow(self%element_mode, mesh%n_elements)
+      if (.not. allocated(self%shielded)) return
+      call grow(self%shielded, mesh%n_nodes)
+      call grow(self%soft_tip, mesh%n_nodes)
+      call grow(self%tip_direction, mesh%n_nodes, 2)
    end subroutine reserve
 
-   subroutine set_strength(self, mesh, material, element)
+   !> Nothing can break: give back what only a frame needed.
+   subroutine forget(self)
       class(failure_t), intent(inout) :: self
-      type(mesh_t), intent(in) :: mesh
-      type(material_t), intent(in) :: material
-      integer, intent(in) :: element
-      integer :: m
-      if (mesh%section(element) == 0) return      ! a deck with errors: its reading goes on
-      m = material%section(mesh%section(element))%material
-      self%element_strength(1, element) = self%strength(m)%tensile*material%strength_factor(element)
-      self%element_strength(2, element) = self%strength(m)%cohesion*material%strength_factor(element)
-      self%element_strength(3, element) = self%strength(m)%tan_friction
-   end subroutine set_strength
+      if (.not. allocated(self%exhausted)) return
+      deallocate (self%exhausted, self%stale, self%stress, self%utilisation, self%deciding_material, self%mode, self%screen, &
+                  self%ring, self%element_utilisation, self%element_bound)
+      if (.not. self%keeps_stress) deallocate (self%element_stress)
+      self%all_screened = .true.
+      self%n_looked_at = 0
+   end subroutine forget
 
    !> Follow a split: regions that never break are inherited, nodes of changed elements may fail again.
-   subroutine adopt(self, mesh, material, changes)
+   subroutine adopt(self, mesh, changes)
       class(failure_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
-      type(material_t), intent(in) :: material
       type(changes_t), intent(in) :: changes
       integer :: i, n, a, b, k
-      call self%reserve(mesh)
+      if (.not. allocated(self%no_split_node)) return
+      call self%mark_regions(mesh)
       do i = 1, changes%n_nodes
          n = changes%node(i)
          a = changes%parent(1, i)
          b = changes%parent(2, i)
          if (b == 0) b = a
          self%no_split_node(n) = self%no_split_node(a) .and. self%no_split_node(b)
-         self%exhausted(n) = .false.
-         self%stale(n) = .true.
       end do
       do i = 1, changes%n_children
          self%no_split_element(changes%child(1, i)) = self%no_split_element(changes%child(2, i))
-         call self%set_strength(mesh, material, changes%child(1, i))
+      end do
+      if (.not. allocated(self%exhausted)) return
+      call self%reserve(mesh)
+      do i = 1, changes%n_nodes
+         n = changes%node(i)
+         self%utilisation(n) = 0
+         self%mode(n) = mode_none
+         self%screen(n) = 0
+         self%ring(n) = 0
+         self%exhausted(n) = .false.
+         self%stale(n) = .true.
       end do
       do i = 1, changes%n_elements
          do k = 1, 3
@@ -188,13 +242,13 @@ contains
       call carry(self%deciding_material, map%node_from)
       call carry(self%mode, map%node_from)
       call carry(self%screen, map%node_from)
+      call carry(self%ring, map%node_from)
       call carry(self%no_split_element, map%element_from)
-      call carry(self%element_strength, map%element_from)
       call carry(self%element_stress, map%element_from)
       call carry(self%element_utilisation, map%element_from)
       call carry(self%element_bound, map%element_from)
-      call carry(self%element_mode, map%element_from)
-      self%exhausted(pack(exposed, exposed <= map%n_nodes)) = .false.
+      self%all_screened = .true.
+      if (allocated(self%exhausted)) self%exhausted(pack(exposed, exposed <= map%n_nodes)) = .false.
       if (self%out_of_plane_node > 0) self%out_of_plane_node = map%node(self%out_of_plane_node)
    end subroutine renumber
 
@@ -209,6 +263,7 @@ contains
       integer, allocatable :: around(:)
       logical, allocatable :: bonded(:)
       integer :: s, i, k, n, nodes(2, 2)
+      if (.not. allocated(self%shielded)) return
       self%shielded(:mesh%n_nodes) = .false.
       self%soft_tip(:mesh%n_nodes) = .false.
       if (size(bonds, 2) == 0) return
@@ -230,183 +285,6 @@ contains
       end do
       where (self%soft_tip(:mesh%n_nodes)) self%shielded(:mesh%n_nodes) = .false.
    end subroutine shield
-
-   !> Stresses and utilisation of all elements.
-   subroutine stress_of_elements(self, mesh, material, motion)
-      class(failure_t), intent(inout) :: self
-      type(mesh_t), intent(in) :: mesh
-      type(material_t), intent(in) :: material
-      type(motion_t), intent(in) :: motion
-      real(wp), allocatable :: f(:), limit(:)
-      integer(i1), allocatable :: mode(:)
-      integer :: m, e
-      self%stale(:mesh%n_nodes) = .false.
-      call element_stresses(mesh%n_elements, mesh%connectivity, mesh%x, motion%ux, motion%uy, mesh%section, &
-                            material%section%law%direct, material%section%law%lateral, material%section%law%shear, &
-                            material%stiffness_factor, self%element_stress)
-      if (material%initial%given) self%element_stress([1, 2, 3], :mesh%n_elements) = &
-         self%element_stress([1, 2, 3], :mesh%n_elements) + material%initial%stress([1, 2, 4], :mesh%n_elements)
-      self%element_utilisation(:mesh%n_elements) = no_utilisation
-      self%element_mode(:mesh%n_elements) = mode_none
-      self%element_bound(:mesh%n_elements) = no_utilisation
-      if (size(self%strength) == 1 .and. self%strength(1)%given) then
-         call self%criterion(1)%law%utilisation(mesh%n_elements, self%element_stress, self%element_strength, &
-                                                self%element_utilisation, self%element_mode)
-         call self%criterion(1)%law%bound(mesh%n_elements, self%element_stress, self%element_strength, &
-                                          self%element_utilisation, self%element_bound)
-         return
-      end if
-      allocate (f(mesh%n_elements), limit(mesh%n_elements), mode(mesh%n_elements))
-      do m = 1, size(self%strength)
-         if (.not. self%strength(m)%given) cycle
-         call self%criterion(m)%law%utilisation(mesh%n_elements, self%element_stress, self%element_strength, f, mode)
-         call self%criterion(m)%law%bound(mesh%n_elements, self%element_stress, self%element_strength, f, limit)
-         do e = 1, mesh%n_elements
-            if (material%section(mesh%section(e))%material /= m) cycle
-            self%element_utilisation(e) = f(e)
-            self%element_mode(e) = mode(e)
-            self%element_bound(e) = limit(e)
-         end do
-      end do
-   end subroutine stress_of_elements
-
-   !> Look at the criterion: a screen from the elements, then the patches of the nodes that can be the largest.
-   subroutine look(self, mesh, material, motion)
-      class(failure_t), intent(inout) :: self
-      type(mesh_t), intent(in) :: mesh
-      type(material_t), intent(in) :: material
-      type(motion_t), intent(in) :: motion
-      call self%watch%start()
-      call self%stress_of_elements(mesh, material, motion)
-      self%largest = 0
-      if (self%settings%on) then
-         call spread_largest(mesh%n_elements, mesh%n_nodes, mesh%connectivity, self%element_bound, self%screen)
-         call self%candidates(mesh, material, everywhere=.false.)
-      end if
-      call self%watch%stop()
-   end subroutine look
-
-   !> The same with the stress of every node, for output.
-   subroutine look_everywhere(self, mesh, material, motion)
-      class(failure_t), intent(inout) :: self
-      type(mesh_t), intent(in) :: mesh
-      type(material_t), intent(in) :: material
-      type(motion_t), intent(in) :: motion
-      call self%watch%start()
-      call self%stress_of_elements(mesh, material, motion)
-      call spread_largest(mesh%n_elements, mesh%n_nodes, mesh%connectivity, self%element_bound, self%screen)
-      call self%candidates(mesh, material, everywhere=.true.)
-      call self%watch%stop()
-   end subroutine look_everywhere
-
-   !> Fit the patches and find the largest utilisations.
-   subroutine candidates(self, mesh, material, everywhere)
-      class(failure_t), intent(inout) :: self
-      type(mesh_t), intent(in) :: mesh
-      type(material_t), intent(in) :: material
-      logical, intent(in) :: everywhere
-      logical, allocatable :: wanted(:)
-      real(wp) :: threshold
-      integer :: n
-      allocate (wanted(mesh%n_nodes))
-      do n = 1, mesh%n_nodes
-         wanted(n) = .not. (self%no_split_node(n) .or. self%exhausted(n) .or. self%shielded(n) .or. mesh%hinge(n))
-      end do
-      threshold = screen_margin*min(1.0_wp, maxval(self%screen(:mesh%n_nodes), wanted))
-      do n = 1, mesh%n_nodes
-         wanted(n) = everywhere .or. self%exhausted(n) .or. &
-                     (wanted(n) .and. self%screen(n) > 0 .and. self%screen(n) >= threshold)
-      end do
-      self%utilisation(:mesh%n_nodes) = 0
-      self%mode(:mesh%n_nodes) = mode_none
-      call look_at_nodes(self, mesh, material, wanted)
-      if (.not. everywhere) then
-         ! the node that the screen puts first may come out lower: those that could still be above what was found
-         call self%find_largest(mesh)
-         do n = 1, mesh%n_nodes
-            wanted(n) = .not. (wanted(n) .or. self%no_split_node(n) .or. self%exhausted(n) .or. self%shielded(n) .or. &
-                               mesh%hinge(n)) .and. &
-                        self%screen(n) > 0 .and. self%screen(n) >= screen_margin*min(1.0_wp, self%largest)
-         end do
-         if (any(wanted)) call look_at_nodes(self, mesh, material, wanted)
-      end if
-      call self%find_largest(mesh)
-   end subroutine candidates
-
-   !> Look at the wanted nodes, on all threads.
-   subroutine look_at_nodes(self, mesh, material, wanted)
-      class(failure_t), intent(inout) :: self
-      type(mesh_t), intent(in) :: mesh
-      type(material_t), intent(in) :: material
-      logical, intent(in) :: wanted(:)
-      !$omp parallel default(none) shared(self, mesh, material, wanted)
-      call look_at_wanted(self, mesh, material, wanted)
-      !$omp end parallel
-   end subroutine look_at_nodes
-
-   !> Largest utilisations of the nodes looked at.
-   subroutine find_largest(self, mesh)
-      class(failure_t), intent(inout) :: self
-      type(mesh_t), intent(in) :: mesh
-      integer :: n
-      self%largest = 0
-      self%largest_exhausted = 0
-      self%n_exhausted = 0
-      do n = 1, mesh%n_nodes
-         if (self%exhausted(n)) then
-            self%n_exhausted = self%n_exhausted + 1
-            self%largest_exhausted = max(self%largest_exhausted, self%utilisation(n))
-         else if (.not. (self%no_split_node(n) .or. self%shielded(n) .or. mesh%hinge(n))) then
-            self%largest = max(self%largest, self%utilisation(n))
-         end if
-      end do
-   end subroutine find_largest
-
-   !> Look at all wanted nodes; a thread's part of the loop, with its own work lists (in a procedure of its own because
-   !> OpenMP's private does not initialise a derived type reliably).
-   subroutine look_at_wanted(self, mesh, material, wanted)
-      class(failure_t), intent(inout) :: self
-      type(mesh_t), intent(in) :: mesh
-      type(material_t), intent(in) :: material
-      logical, intent(in) :: wanted(:)
-      type(patch_work_t) :: work
-      integer :: n
-      !$omp do schedule(dynamic, 64)
-      do n = 1, mesh%n_nodes
-         if (wanted(n)) call self%look_at_node(mesh, material, n, work)
-      end do
-      !$omp end do
-   end subroutine look_at_wanted
-
-   !> Stress, utilisation and mode of a node: one fit and one F for each material at it, the largest counts.
-   subroutine look_at_node(self, mesh, material, node, work)
-      class(failure_t), intent(inout) :: self
-      type(mesh_t), intent(in) :: mesh
-      type(material_t), intent(in) :: material
-      integer, intent(in) :: node
-      type(patch_work_t), intent(inout) :: work
-      integer :: list(max_materials), n, i, attempt
-      real(wp) :: stress(3, 1), strength(3, 1), f(1)
-      integer(i1) :: mode(1)
-      call materials_at_node(mesh, material, node, work, list, n)
-      do i = 1, n
-         do attempt = 1, 2
-            call node_stress(mesh, material, self%element_stress, self%element_strength, node, list(i), attempt == 1, work, &
-                             stress(:, 1), strength(:, 1))
-            f = no_utilisation
-            mode = mode_none
-            if (self%strength(list(i))%given) call self%criterion(list(i))%law%utilisation(1, stress, strength, f, mode)
-            ! a plane that says so much more than all elements of its patch is no recovery but an artefact of extrapolation
-            ! (teeth of a rough boundary, debris); this also makes the screen a bound
-            if (f(1) <= self%screen(node)/screen_margin) exit
-         end do
-         if (i > 1 .and. .not. f(1) > self%utilisation(node)) cycle
-         self%stress(:, node) = stress(:, 1)
-         self%utilisation(node) = f(1)
-         self%mode(node) = mode(1)
-         self%deciding_material(node) = list(i)
-      end do
-   end subroutine look_at_node
 
    !> Remember the first node that breaks while the stress out of the plane is the extreme one. In tension only a larger
    !> tension out of the plane would matter.
@@ -433,6 +311,7 @@ contains
       type(material_t), intent(in) :: material
       type(split_t), intent(out) :: split
       integer :: node
+      if (.not. self%watching) return
       call self%watch%start()
       do
          node = largest_admissible(self, mesh)
@@ -440,10 +319,7 @@ contains
          call self%plan_at(mesh, material, node, split)
          if (split%node > 0) exit
       end do
-      self%largest = 0
-      do node = 1, mesh%n_nodes
-         if (self%may_fail(mesh, node)) self%largest = max(self%largest, self%utilisation(node))
-      end do
+      self%largest = largest_utilisation(self, mesh)
       call self%watch%stop()
    end subroutine plan
 
@@ -457,12 +333,12 @@ contains
       integer, intent(in) :: node
       type(split_t), intent(out) :: split
       real(wp) :: ray(2, max_rays)
-      integer :: n_rays, m
+      integer :: n_rays
       type(split_limits_t) :: limits
       if (self%stale(node) .or. .not. self%may_fail(mesh, node)) return
       limits%max_level = self%settings%max_level
       limits%along_edges = self%settings%splitting == splitting_edge
-      m = self%deciding_material(node)
+      call know_triangles(self, mesh, material, node)
       call self%rays_of(node, ray, n_rays)
       call choose_split(mesh, node, ray(:, :n_rays), limits, self%element_utilisation, self%no_split_node, &
                         self%no_split_element, split)
@@ -478,6 +354,27 @@ contains
       end if
    end subroutine plan_at
 
+   !> Utilisation of the triangles of a node, from the stresses of the last look.
+   subroutine know_triangles(self, mesh, material, node)
+      type(failure_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      integer, intent(in) :: node
+      integer, allocatable :: around(:)
+      integer(i1) :: mode(1)
+      real(wp) :: strength(3, 1)
+      integer :: i, n, e, m
+      call elements_around(mesh, node, around, n)
+      do i = 1, n
+         e = around(i)
+         m = material%section(mesh%section(e))%material
+         self%element_utilisation(e) = 0
+         if (.not. self%strength(m)%given) cycle
+         call strengths(self%strength(m), [material%strength_of(e)], strength)
+         call self%criterion(m)%law%utilisation(1, self%element_stress(:, e:e), strength, self%element_utilisation(e:e), mode)
+      end do
+   end subroutine know_triangles
+
    !> Directions that a failed node may break in. Ahead of a crack that softens both principal stresses may be tensions of
    !> about the same size, which point nowhere or along the crack's normal; there the crack turns by what the shear along
    !> it asks for, as at the tip of a sharp crack (theory: eq. 30a).
@@ -489,7 +386,8 @@ contains
       real(wp) :: d(2), normal, shear, ratio, turn, s1, s3
       associate (m => self%deciding_material(node), s => self%stress(:, node))
          call self%criterion(m)%law%directions(s, self%strength(m)%tan_friction, self%mode(node), ray, n_rays)
-         if (.not. self%soft_tip(node) .or. self%mode(node) /= mode_tension) return
+         if (.not. allocated(self%soft_tip) .or. self%mode(node) /= mode_tension) return
+         if (.not. self%soft_tip(node)) return
          d = self%tip_direction(:, node)
          call principal(s, s1, s3)
          if (.not. (norm2(d) > 0 .and. s1 < 0)) return
@@ -513,6 +411,7 @@ contains
       real(wp), intent(in) :: start(2), direction(2)
       integer :: s, i, nodes(2, 2)
       real(wp) :: chord(2)
+      if (.not. allocated(self%tip_direction)) return
       do s = mesh%n_segments, 1, -1
          if (mesh%segment_event(s) /= event) cycle
          nodes = side_nodes(mesh, s)
@@ -532,7 +431,8 @@ contains
       class(failure_t), intent(in) :: self
       type(mesh_t), intent(in) :: mesh
       integer, intent(in) :: node
-      may_fail = .not. (self%exhausted(node) .or. self%shielded(node) .or. self%no_split_node(node) .or. mesh%hinge(node))
+      may_fail = .not. (self%exhausted(node) .or. self%no_split_node(node) .or. mesh%hinge(node))
+      if (allocated(self%shielded)) may_fail = may_fail .and. .not. self%shielded(node)
    end function may_fail
 
    !> The failing node with the largest utilisation; of those that tie the one with the lowest id. 0: nothing fails.
@@ -541,11 +441,8 @@ contains
       type(mesh_t), intent(in) :: mesh
       real(wp) :: largest
       integer :: n
-      largest = 0
-      do n = 1, mesh%n_nodes
-         if (self%may_fail(mesh, n)) largest = max(largest, self%utilisation(n))
-      end do
       node = 0
+      largest = largest_utilisation(self, mesh)
       if (largest < 1) return
       do n = 1, mesh%n_nodes
          if (.not. self%may_fail(mesh, n) .or. self%utilisation(n) < max(1.0_wp, largest*(1 - tie))) cycle
@@ -553,5 +450,16 @@ contains
          if (mesh%node_id(n) < mesh%node_id(node)) node = n
       end do
    end function largest_admissible
+
+   !> Largest utilisation of the nodes that may fail.
+   pure real(wp) function largest_utilisation(self, mesh) result(largest)
+      type(failure_t), intent(in) :: self
+      type(mesh_t), intent(in) :: mesh
+      integer :: n
+      largest = 0
+      do n = 1, mesh%n_nodes
+         if (self%may_fail(mesh, n)) largest = max(largest, self%utilisation(n))
+      end do
+   end function largest_utilisation
 
 end module rf_failure

@@ -3,6 +3,7 @@
 module rf_model
    use, intrinsic :: iso_fortran_env, only: error_unit
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_grow, only: grow
    use rf_build, only: checked_build
    use rf_clock, only: stopwatch_t
@@ -67,6 +68,7 @@ module rf_model
    contains
       procedure :: prepare, equilibrate, accept, split, remove, has_grown, renumber, watch_slip, watch_softening
       procedure, private :: check, follow_parted, carry_all
+      procedure :: exchange
    end type model_t
 
 contains
@@ -86,6 +88,7 @@ contains
       call self%energy%prepare(self%loads, self%mesh%n_nodes)
       call self%dynamics%prepare(self%mesh%n_nodes)
       call self%dynamics%adopt(self%changes)
+      call self%failure%prepare(self%mesh, self%material)
       allocate (self%reaction(2, self%mesh%n_nodes), source=0.0_wp)
       if (checked_build) call take_baseline(self%mesh, self%baseline)
    end subroutine prepare
@@ -169,7 +172,7 @@ contains
       call self%contact%rebuild(self%mesh, self%material, self%motion, self%changes)
       call self%pieces%follow(self%mesh, self%changes)
       call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
-      call self%failure%adopt(self%mesh, self%material, self%changes)
+      call self%failure%adopt(self%mesh, self%changes)
       call self%failure%shield(self%mesh, self%contact%bonds())
       call self%failure%aim(self%mesh, self%events, self%mesh%x(:, plan%node), plan%direction)
       call self%watch%stop()
@@ -259,7 +262,7 @@ contains
       call self%rows%build(self%mesh, self%material)
       call self%contact%rebuild(self%mesh, self%material, self%motion, self%changes)
       call self%pieces%find(self%mesh)
-      call self%failure%adopt(self%mesh, self%material, self%changes)
+      call self%failure%adopt(self%mesh, self%changes)
       call self%failure%shield(self%mesh, self%contact%bonds())
       if (self%changes%n_nodes > 0) call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
    end subroutine follow_parted
@@ -273,5 +276,57 @@ contains
       write (error_unit, '(a, i0, 2a)') 'rfem: after event ', self%events, ': ', problem
       error stop 'the mesh is broken'
    end subroutine check
+
+   !> To or from a checkpoint. (Derived: watch is of one process.)
+   subroutine exchange(self, archive)
+      class(model_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%enter('mesh')
+      call self%mesh%exchange(archive)
+      call archive%leave()
+      call archive%enter('material')
+      call self%material%exchange(archive)
+      call archive%leave()
+      call archive%enter('rows')
+      call self%rows%exchange(archive)
+      call archive%leave()
+      call archive%enter('contact')
+      call self%contact%exchange(archive)
+      call archive%leave()
+      call archive%enter('loads')
+      call self%loads%exchange(archive)
+      call archive%leave()
+      call archive%enter('motion')
+      call self%motion%exchange(archive)
+      call archive%leave()
+      call archive%enter('pieces')
+      call self%pieces%exchange(archive)
+      call archive%leave()
+      call archive%enter('relaxation')
+      call self%relaxation%exchange(archive)
+      call archive%leave()
+      call archive%enter('energy')
+      call self%energy%exchange(archive)
+      call archive%leave()
+      call archive%enter('dynamics')
+      call self%dynamics%exchange(archive)
+      call archive%leave()
+      call archive%enter('failure')
+      call self%failure%exchange(archive)
+      call archive%leave()
+      call archive%exchange('reaction', self%reaction)
+      call archive%exchange('mesh_changes', self%mesh_changes)
+      call archive%exchange('events', self%events)
+      call archive%exchange('events_tension', self%events_tension)
+      call archive%exchange('events_shear', self%events_shear)
+      call archive%exchange('slip_warning_node', self%slip_warning_node)
+      call archive%exchange_fixed('steep_warning_node', self%steep_warning_node)
+      call archive%enter('changes')
+      call self%changes%exchange(archive)
+      call archive%leave()
+      call archive%enter('baseline')
+      call self%baseline%exchange(archive)
+      call archive%leave()
+   end subroutine exchange
 
 end module rf_model

@@ -2,6 +2,7 @@
 !> 2007, section 2.3, figs. 2 to 6; theory: eqs. 34 and 35), or along which edge. Decides only; rf_splitting carries it out.
 module rf_ray
    use rf_kinds, only: wp, i1, degree
+   use rf_archive, only: archive_t
    use rf_mesh, only: mesh_t
    use rf_topology, only: elements_around, corner_of, is_corner, next_corner, previous_corner
    implicit none
@@ -50,6 +51,8 @@ module rf_ray
       integer :: corner = 0
       !> type III: the second ray's far corner O, 1: R, 2: D
       integer :: second_corner = 0
+   contains
+      procedure :: exchange
    end type split_t
 
    !> a direction with the element it enters
@@ -456,5 +459,23 @@ contains
       real(wp), intent(in) :: tip(2), b(2), c(2)
       angle_at = atan2(abs(cross(b - tip, c - tip)), dot_product(b - tip, c - tip))
    end function angle_at
+
+   !> To or from a checkpoint.
+   subroutine exchange(self, archive)
+      class(split_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%exchange('node', self%node)
+      call archive%exchange('element', self%element)
+      call archive%exchange('kind', self%kind)
+      call archive%exchange_fixed('direction', self%direction)
+      call archive%exchange('s', self%s)
+      call archive%exchange('mode', self%mode)
+      call archive%exchange('crack', self%crack)
+      call archive%exchange('sigma1', self%sigma1)
+      call archive%exchange('sigma3', self%sigma3)
+      call archive%exchange('utilisation', self%utilisation)
+      call archive%exchange('corner', self%corner)
+      call archive%exchange('second_corner', self%second_corner)
+   end subroutine exchange
 
 end module rf_ray

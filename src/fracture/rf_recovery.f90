@@ -9,6 +9,7 @@ module rf_recovery
    use rf_mesh, only: mesh_t
    use rf_topology, only: elements_around, corner_of, is_corner, sort_ascending
    use rf_material, only: material_t
+   use rf_criterion, only: strength_t, strengths
    implicit none
    private
    public :: patch_work_t, node_stress, materials_at_node
@@ -23,7 +24,9 @@ module rf_recovery
 
    !> Lists that a recovery works on; one per thread.
    type :: patch_work_t
-      integer, allocatable :: fan(:), around(:), patch(:)
+      integer, allocatable :: fan(:), around(:), patch(:), corner(:)
+      !> area of the patch's elements [length^2]; their centroids from the node [length]
+      real(wp), allocatable :: area(:), centroid(:, :)
       integer :: n_fan = 0, n_patch = 0
       !> the node is the tip of a crack
       logical :: at_tip = .false.
@@ -32,11 +35,13 @@ module rf_recovery
 contains
 
    !> Stress and strength at a node, from the elements of one material [stress].
-   subroutine node_stress(mesh, material, element_stress, element_strength, node, which, fit, work, stress, strength)
+   subroutine node_stress(mesh, material, element_stress, material_strength, node, which, fit, work, stress, strength)
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
-      !> stresses of the elements, tension positive, (3, elements); their strength, (3, elements)
-      real(wp), intent(in) :: element_stress(:, :), element_strength(:, :)
+      !> stresses of the elements, tension positive, (3, elements)
+      real(wp), intent(in) :: element_stress(:, :)
+      !> strength of the material
+      type(strength_t), intent(in) :: material_strength
       integer, intent(in) :: node
       !> number of the material
       integer, intent(in) :: which
@@ -44,7 +49,7 @@ contains
       logical, intent(in) :: fit
       type(patch_work_t), intent(inout) :: work
       real(wp), intent(out) :: stress(3), strength(3)
-      real(wp) :: total, area
+      real(wp) :: total, area, own(3, 1)
       integer :: i, e
       call gather_patch(mesh, material, node, which, work)
       total = 0
@@ -55,7 +60,8 @@ contains
          area = mesh%area(e)
          total = total + area
          stress = stress + area*element_stress(:, e)
-         strength = strength + area*element_strength(:, e)
+         call strengths(material_strength, [material%strength_of(e)], own)
+         strength = strength + area*own(:, 1)
       end do
       stress = stress/total
       strength = strength/total
@@ -71,6 +77,9 @@ contains
       integer, intent(out) :: list(:)
       integer, intent(out) :: n
       integer :: i, m, count
+      n = 1
+      list(1) = material%section(1)%material
+      if (size(material%section) == 1) return
       call elements_around(mesh, node, work%around, count)
       n = 0
       do i = 1, count
@@ -92,7 +101,7 @@ contains
       type(material_t), intent(in) :: material
       integer, intent(in) :: node, which
       type(patch_work_t), intent(inout) :: work
-      integer :: n, i, j, k, corner
+      integer :: n, i, j, k, corner, n_corners
       call elements_around(mesh, node, work%around, n)
       work%at_tip = is_tip(mesh, node, work%around(:n))
       work%n_patch = 0
@@ -103,29 +112,44 @@ contains
       work%n_fan = work%n_patch
       call grow(work%fan, work%n_fan)
       work%fan(:work%n_fan) = work%patch(:work%n_fan)
+      call grow(work%corner, 3*work%n_fan)
+      n_corners = 0
       do i = 1, work%n_fan
          do k = 1, 3
             corner = mesh%connectivity(k, work%fan(i))
             if (corner == node .or. mesh%hinge(corner)) cycle      ! beyond a hinge is another part of the body
+            do j = 1, n_corners
+               if (work%corner(j) == corner) exit
+            end do
+            if (j <= n_corners) cycle
+            n_corners = j
+            work%corner(j) = corner
             call elements_around(mesh, corner, work%around, n)
             if (is_tip(mesh, corner, work%around(:n))) cycle      ! round it lies the other side of the crack
             do j = 1, n
+               if (is_corner(mesh, work%around(j), node)) cycle      ! of the fan
                call join(work%around(j))
             end do
          end do
       end do
       call sort_ascending(work%patch(:work%n_patch))
+      n = min(1, work%n_patch)
+      do i = 2, work%n_patch
+         if (work%patch(i) == work%patch(n)) cycle
+         n = n + 1
+         work%patch(n) = work%patch(i)
+      end do
+      work%n_patch = n
 
    contains
 
+      !> Elements that are met again go when the list is sorted.
       subroutine join(element)
          integer, intent(in) :: element
          if (material%section(mesh%section(element))%material /= which) return
-         if (work%n_patch > 0) then
-            if (any(work%patch(:work%n_patch) == element)) return
-         end if
          work%n_patch = work%n_patch + 1
-         call grow(work%patch, work%n_patch)
+         if (.not. allocated(work%patch)) allocate (work%patch(64))
+         if (work%n_patch > size(work%patch)) call grow(work%patch, work%n_patch)
          work%patch(work%n_patch) = element
       end subroutine join
 
@@ -150,17 +174,21 @@ contains
       type(mesh_t), intent(in) :: mesh
       real(wp), intent(in) :: element_stress(:, :)
       integer, intent(in) :: node
-      type(patch_work_t), intent(in) :: work
+      type(patch_work_t), intent(inout) :: work
       real(wp), intent(inout) :: stress(3)
       real(wp) :: total, area, centre(2), mean(3), xx, xy, yy, with_stress(3, 2), offset(2), d(2), det, trace, solution(2)
       integer :: i, e
       if (work%n_patch < smallest_patch) return
+      call grow(work%area, work%n_patch)
+      call grow(work%centroid, work%n_patch, 2)
       total = 0; centre = 0; mean = 0
       do i = 1, work%n_patch
          e = work%patch(i)
          area = mesh%area(e)
+         work%area(i) = area
+         work%centroid(:, i) = centroid(mesh, e) - mesh%x(:, node)
          total = total + area
-         centre = centre + area*(centroid(mesh, e) - mesh%x(:, node))
+         centre = centre + area*work%centroid(:, i)
          mean = mean + area*element_stress(:, e)
       end do
       centre = centre/total
@@ -168,8 +196,8 @@ contains
       xx = 0; xy = 0; yy = 0; with_stress = 0
       do i = 1, work%n_patch
          e = work%patch(i)
-         area = mesh%area(e)/total
-         d = centroid(mesh, e) - mesh%x(:, node) - centre
+         area = work%area(i)/total
+         d = work%centroid(:, i) - centre
          xx = xx + area*d(1)*d(1)
          xy = xy + area*d(1)*d(2)
          yy = yy + area*d(2)*d(2)

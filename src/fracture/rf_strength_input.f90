@@ -121,7 +121,7 @@ contains
       end select
    end function jump_of_criterion
 
-   !> Regions that never break; failure%prepare has been called before. Of an element set these are the elements and the
+   !> Regions that never break; failure%mark_regions has been called before. Of an element set these are the elements and the
    !> nodes inside it (those on its border break towards the outside).
    subroutine read_no_split(deck, mesh_input, mesh, failure, diagnostics)
       type(deck_t), intent(inout) :: deck

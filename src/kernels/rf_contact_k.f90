@@ -4,14 +4,16 @@
 !> caches hold it. No result depends on the number of threads.
 module rf_contact_k
    use rf_kinds, only: wp
-   use rf_step_k, only: blocks_for_threads
+   use rf_step_k, only: blocks_for_threads, lanes
    use rf_cohesive_k, only: cohesive_pair_t, solve_pair
    implicit none
    private
-   public :: contact_step, max_sweeps
+   public :: contact_step, max_sweeps, most_coupled
 
    !> sweeps after which a group is left as it is until the next step
    integer, parameter :: max_sweeps = 30
+   !> vectors that hold gaps and slips of a group; pairs in it for which they suffice
+   integer, parameter :: most_vectors = 8, most_coupled = most_vectors*lanes/2
 
 contains
 
@@ -19,12 +21,12 @@ contains
    !> to velocities and new displacements; residuals of the contact nodes with the contact forces in.
    subroutine contact_step(n_blocks, block_lone, block_group, ordinary, group_pair, group_node, node, pair_node, normal, &
                            weight, gain, friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, &
-                           mobility, counted, tolerance, warm, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, &
-                           impulse, cohesive, separation, force, jump, kick, partial)
+                           mobility, counted, group_column, coupling, tolerance, warm, b, free_x, free_y, px, py, fx, fy, &
+                           ux, uy, wx, wy, vx, vy, impulse, cohesive, separation, force, jump, kick, partial)
       integer, intent(in) :: n_blocks
       !> first lone pair and first group of connected pairs of each block of nodes, (blocks + 1)
       integer, intent(in), contiguous :: block_lone(:), block_group(:)
-      !> the block's lone pairs are free in all directions, and none softens, (blocks)
+      !> nodes of the block's lone pairs are free or held in both directions, and none softens, (blocks)
       logical, intent(in), contiguous :: ordinary(:)
       !> first pair and first contact node of each group, (groups + 1); the lone pairs come first
       integer, intent(in), contiguous :: group_pair(:), group_node(:)
@@ -45,8 +47,14 @@ contains
       real(wp), intent(in), contiguous :: cap(:, :), critical(:, :), damage(:)
       !> 1/m of each contact node, 0 in directions that are held, (2, contact nodes)
       real(wp), intent(in), contiguous :: mobility(:, :)
-      !> 1 where a contact node's residual counts, 0 on loose pieces, (contact nodes)
-      real(wp), intent(in), contiguous :: counted(:)
+      !> parts of a contact node's residual that count as such and as reaction: 1 and 0, at held nodes 0 and 1, on loose
+      !> pieces 0 and 0, (2, contact nodes)
+      real(wp), intent(in), contiguous :: counted(:, :)
+      !> first column of each group in `coupling`, 0: the group has none, (groups)
+      integer, intent(in), contiguous :: group_column(:)
+      !> what a unit impulse changes of gap and slip of each pair of its group: a column for each of the two impulses of each
+      !> pair, filled up to whole vectors with zeros, (lanes, vectors) [length/impulse]
+      real(wp), intent(in), contiguous :: coupling(:, :)
       !> largest change of an impulse in the last sweep, relative to the group's largest impulse
       real(wp), intent(in) :: tolerance
       !> part of the last step's impulses from which connected pairs start
@@ -70,7 +78,7 @@ contains
       !$omp parallel do default(none) schedule(static) if (n_blocks >= blocks_for_threads) &
       !$omp    shared(n_blocks, block_lone, block_group, ordinary, group_pair, group_node, node, pair_node, normal, weight, gain, &
       !$omp           friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, &
-      !$omp           counted, tolerance, warm, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, &
+      !$omp           counted, group_column, coupling, tolerance, warm, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, &
       !$omp           impulse, cohesive, separation, force, jump, kick, partial) private(k)
       do k = 1, n_blocks
          partial(:, k) = 0
@@ -80,19 +88,19 @@ contains
          else
             call solve_groups(block_lone(k), block_lone(k + 1) - 1, group_pair, group_node, node, pair_node, normal, weight, gain, &
                               friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, &
-                              counted, tolerance, 0.0_wp, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, &
-                              cohesive, separation, force, jump, kick, partial(:, k))
+                              counted, group_column, coupling, tolerance, 0.0_wp, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, &
+                              wy, vx, vy, impulse, cohesive, separation, force, jump, kick, partial(:, k))
          end if
          call solve_groups(block_group(k), block_group(k + 1) - 1, group_pair, group_node, node, pair_node, normal, weight, gain, &
                            friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, &
-                           counted, tolerance, warm, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, &
-                           cohesive, separation, force, jump, kick, partial(:, k))
+                           counted, group_column, coupling, tolerance, warm, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, &
+                           vx, vy, impulse, cohesive, separation, force, jump, kick, partial(:, k))
       end do
       !$omp end parallel do
    end subroutine contact_step
 
-   !> Lone pairs whose nodes are free: the normal impulse makes no slip and the tangential one no gap, so each is known at
-   !> once. Pairs and contact nodes are numbered alike: those of pair p are 2p - 1 and 2p.
+   !> Lone pairs whose nodes are free or held in both directions: the normal impulse makes no slip and the tangential one no
+   !> gap, so each is known at once. Pairs and contact nodes are numbered alike: those of pair p are 2p - 1 and 2p.
    subroutine solve_lone(first, last, node, normal, gain, friction, cohesion, slip_reference, gap_reference, mobility, &
                          counted, b, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, sums)
       !> pairs
@@ -100,11 +108,12 @@ contains
       !> see contact_step; without descriptors
       integer, intent(in) :: node(2, *)
       real(wp), intent(in) :: normal(2, *), gain(2, *), friction(*), cohesion(*), slip_reference(*), gap_reference(*)
-      real(wp), intent(in) :: mobility(2, 2, *), counted(2, *), b, px(*), py(*), fx(*), fy(*), ux(*), uy(*)
+      real(wp), intent(in) :: mobility(2, 2, *), counted(2, 2, *), b, px(*), py(*), fx(*), fy(*), ux(*), uy(*)
       real(wp), intent(inout) :: wx(*), wy(*), vx(*), vy(*), impulse(2, *), sums(2)
-      real(wp) :: nx, ny, x, y, pressing, sliding, bound, residual, per_b
+      real(wp) :: nx, ny, x, y, pressing, sliding, bound, residual, reaction, per_b, of_a, of_b
       integer :: p, i, j
       residual = 0
+      reaction = 0
       per_b = 1/b
       do p = first, last
          i = node(1, p)
@@ -114,7 +123,7 @@ contains
          x = ux(j) - ux(i) + (vx(j) - vx(i))
          y = uy(j) - uy(i) + (vy(j) - vy(i))
          pressing = max(0.0_wp, (gap_reference(p) - (nx*x + ny*y))*gain(1, p))
-         bound = friction(p)*pressing + merge(b*cohesion(p), 0.0_wp, pressing > 0)
+         bound = friction(p)*pressing + b*cohesion(p)*(0.5_wp + sign(0.5_wp, pressing - tiny(bound)))  ! no branch
          sliding = min(bound, max(-bound, (slip_reference(p) - (nx*y - ny*x))*gain(2, p)))
          impulse(1, p) = pressing
          impulse(2, p) = sliding
@@ -130,36 +139,118 @@ contains
          wy(j) = uy(j) + vy(j)
          x = x*per_b
          y = y*per_b
-         residual = residual + counted(1, p)*((px(i) - fx(i) - x)**2 + (py(i) - fy(i) - y)**2) &
-                    + counted(2, p)*((px(j) - fx(j) + x)**2 + (py(j) - fy(j) + y)**2)
+         of_a = (px(i) - fx(i) - x)**2 + (py(i) - fy(i) - y)**2
+         of_b = (px(j) - fx(j) + x)**2 + (py(j) - fy(j) + y)**2
+         residual = residual + counted(1, 1, p)*of_a + counted(1, 2, p)*of_b
+         reaction = reaction + counted(2, 1, p)*of_a + counted(2, 2, p)*of_b
       end do
-      sums(1) = sums(1) + residual
+      sums = sums + [residual, reaction]
    end subroutine solve_lone
 
    !> Groups of pairs one by one.
    subroutine solve_groups(first, last, group_pair, group_node, node, pair_node, normal, weight, gain, friction, cohesion, &
-                           slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, counted, tolerance, &
-                           warm, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, cohesive, separation, &
-                           force, jump, kick, sums)
+                           slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, counted, &
+                           group_column, coupling, tolerance, warm, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, &
+                           vx, vy, impulse, cohesive, separation, force, jump, kick, sums)
       !> groups
       integer, intent(in) :: first, last
       !> see contact_step; without descriptors
-      integer, intent(in) :: group_pair(*), group_node(*), node(*), pair_node(2, *)
+      integer, intent(in) :: group_pair(*), group_node(*), node(*), pair_node(2, *), group_column(*)
       real(wp), intent(in) :: normal(2, *), weight(2, *), gain(2, *), friction(*), cohesion(*), slip_reference(*)
-      real(wp), intent(in) :: gap_reference(*), cap(2, *), critical(2, *), damage(*), mobility(2, *), counted(*)
+      real(wp), intent(in) :: gap_reference(*), cap(2, *), critical(2, *), damage(*), mobility(2, *), counted(2, *)
+      real(wp), intent(in) :: coupling(lanes, *)
       logical, intent(in) :: bonded(*), rigid(*)
       real(wp), intent(in) :: tolerance, warm, b, free_x(*), free_y(*), px(*), py(*), fx(*), fy(*), ux(*), uy(*)
       real(wp), intent(inout) :: wx(*), wy(*), vx(*), vy(*), impulse(2, *), cohesive(2, *), separation(*)
       real(wp), intent(inout) :: force(2, *), jump(2, *), kick(2, *), sums(2)
       integer :: g
       do g = first, last
-         call sweep_group(group_pair(g), group_pair(g + 1) - 1, group_node(g), group_node(g + 1) - 1, node, pair_node, normal, &
-                          weight, gain, friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, &
-                          mobility, tolerance, warm, b, ux, uy, vx, vy, impulse, cohesive, separation, jump, kick)
+         if (group_column(g) > 0) then
+            call sweep_coupled(group_pair(g + 1) - group_pair(g), group_pair(g), node, pair_node, normal, gain, friction, &
+                               cohesion, slip_reference, gap_reference, coupling(1, group_column(g)), tolerance, warm, b, &
+                               ux, uy, vx, vy, impulse)
+         else
+            call sweep_group(group_pair(g), group_pair(g + 1) - 1, group_node(g), group_node(g + 1) - 1, node, pair_node, normal, &
+                             weight, gain, friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, &
+                             damage, mobility, tolerance, warm, b, ux, uy, vx, vy, impulse, cohesive, separation, jump, kick)
+         end if
          call move_nodes(group_pair(g), group_pair(g + 1) - 1, group_node(g), group_node(g + 1) - 1, node, pair_node, normal, &
-                         counted, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, force, kick, sums)
+                         mobility, counted, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, force, sums)
       end do
    end subroutine solve_groups
+
+   !> Sweep a group whose nodes are free or held in both directions and of which nothing softens: gaps and slips of all its
+   !> pairs at once follow each change of an impulse.
+   subroutine sweep_coupled(n, first, node, pair_node, normal, gain, friction, cohesion, slip_reference, gap_reference, &
+                            coupling, tolerance, warm, b, ux, uy, vx, vy, impulse)
+      !> pairs of the group, the first of them
+      integer, intent(in) :: n, first
+      !> see contact_step; without descriptors
+      integer, intent(in) :: node(*), pair_node(2, *)
+      real(wp), intent(in) :: normal(2, *), gain(2, *), friction(*), cohesion(*), slip_reference(*), gap_reference(*)
+      real(wp), intent(in) :: coupling(lanes*((2*n - 1)/lanes + 1), 2, *), tolerance, warm, b, ux(*), uy(*), vx(*), vy(*)
+      real(wp), intent(inout) :: impulse(2, *)
+      !> gap and slip of each pair at the end of the step
+      real(wp) :: jump(lanes*most_vectors)
+      real(wp) :: change, largest, pressing, sliding, bound, normal_change, tangent_change, x, y
+      integer :: sweep, k, last, p, i, j, rows
+      rows = lanes*((2*n - 1)/lanes + 1)
+      jump(rows - lanes + 1:rows) = 0
+      do k = 1, n
+         p = first + k - 1
+         i = node(pair_node(1, p))
+         j = node(pair_node(2, p))
+         x = ux(j) - ux(i) + (vx(j) - vx(i))
+         y = uy(j) - uy(i) + (vy(j) - vy(i))
+         jump(2*k - 1) = normal(1, p)*x + normal(2, p)*y - gap_reference(p)
+         jump(2*k) = normal(1, p)*y - normal(2, p)*x - slip_reference(p)
+      end do
+      do k = 1, n
+         p = first + k - 1
+         impulse(:, p) = warm*impulse(:, p)
+         call add(k, impulse(1, p), impulse(2, p))
+      end do
+      last = n
+      normal_change = 0
+      tangent_change = 0
+      do sweep = 1, max_sweeps
+         change = 0
+         largest = 0
+         do k = 1, n
+            p = first + k - 1
+            ! this pair sees the last change at once, by a way shorter than through all gaps and slips
+            x = jump(2*k - 1) + coupling(2*k - 1, 1, last)*normal_change + coupling(2*k - 1, 2, last)*tangent_change
+            y = jump(2*k) + coupling(2*k, 1, last)*normal_change + coupling(2*k, 2, last)*tangent_change
+            call add(last, normal_change, tangent_change)
+            pressing = max(0.0_wp, impulse(1, p) - x*gain(1, p))
+            bound = friction(p)*pressing + b*cohesion(p)*(0.5_wp + sign(0.5_wp, pressing - tiny(bound)))
+            sliding = min(bound, max(-bound, impulse(2, p) - y*gain(2, p)))
+            normal_change = pressing - impulse(1, p)
+            tangent_change = sliding - impulse(2, p)
+            last = k
+            impulse(1, p) = pressing
+            impulse(2, p) = sliding
+            change = max(change, max(abs(normal_change), abs(tangent_change)))
+            largest = max(largest, pressing)
+         end do
+         if (change <= tolerance*largest) exit
+      end do
+
+   contains
+
+      !> Impulses of a pair change gaps and slips.
+      subroutine add(pair, normal_part, tangent_part)
+         integer, intent(in) :: pair
+         real(wp), intent(in) :: normal_part, tangent_part
+         integer :: v, l
+         do v = 0, rows - 1, lanes
+            do l = 1, lanes
+               jump(v + l) = (jump(v + l) + coupling(v + l, 1, pair)*normal_part) + coupling(v + l, 2, pair)*tangent_part
+            end do
+         end do
+      end subroutine add
+
+   end subroutine sweep_coupled
 
    !> Sweep one group of pairs until its impulses stand. It works on what the impulses change of the velocities (kick).
    subroutine sweep_group(first, last, first_node, last_node, node, pair_node, normal, weight, gain, friction, cohesion, &
@@ -267,31 +358,32 @@ contains
    end subroutine sweep_group
 
    !> Velocities and new displacements of a group's nodes, and their residuals with the contact forces in.
-   subroutine move_nodes(first, last, first_node, last_node, node, pair_node, normal, counted, b, free_x, free_y, px, py, fx, fy, &
-                         ux, uy, wx, wy, vx, vy, impulse, force, kick, sums)
+   subroutine move_nodes(first, last, first_node, last_node, node, pair_node, normal, mobility, counted, b, free_x, free_y, &
+                         px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, force, sums)
       integer, intent(in) :: first, last, first_node, last_node, node(*), pair_node(2, *)
-      real(wp), intent(in) :: normal(2, *), counted(*), b, free_x(*), free_y(*), px(*), py(*), fx(*), fy(*), ux(*), uy(*)
-      real(wp), intent(in) :: impulse(2, *), kick(2, *)
+      real(wp), intent(in) :: normal(2, *), mobility(2, *), counted(2, *), b, free_x(*), free_y(*), px(*), py(*), fx(*), fy(*)
+      real(wp), intent(in) :: ux(*), uy(*), impulse(2, *)
       real(wp), intent(inout) :: wx(*), wy(*), vx(*), vy(*), force(2, *), sums(2)
       real(wp) :: f(2), x, y
       integer :: p, c, i
       force(:, first_node:last_node) = 0
       do p = first, last
-         f(1) = (normal(1, p)*impulse(1, p) - normal(2, p)*impulse(2, p))/b
-         f(2) = (normal(2, p)*impulse(1, p) + normal(1, p)*impulse(2, p))/b
+         f(1) = normal(1, p)*impulse(1, p) - normal(2, p)*impulse(2, p)
+         f(2) = normal(2, p)*impulse(1, p) + normal(1, p)*impulse(2, p)
          force(:, pair_node(1, p)) = force(:, pair_node(1, p)) - f
          force(:, pair_node(2, p)) = force(:, pair_node(2, p)) + f
       end do
       do c = first_node, last_node
          i = node(c)
-         vx(i) = vx(i) + kick(1, c)
-         vy(i) = vy(i) + kick(2, c)
+         vx(i) = vx(i) + mobility(1, c)*force(1, c)
+         vy(i) = vy(i) + mobility(2, c)*force(2, c)
          wx(i) = ux(i) + vx(i)
          wy(i) = uy(i) + vy(i)
+         force(:, c) = force(:, c)/b
          x = px(i) - fx(i) + force(1, c)
          y = py(i) - fy(i) + force(2, c)
-         sums(1) = sums(1) + counted(c)*(free_x(i)*x*x + free_y(i)*y*y)
-         sums(2) = sums(2) + counted(c)*((1 - free_x(i))*x*x + (1 - free_y(i))*y*y)
+         sums(1) = sums(1) + (counted(1, c) + counted(2, c))*(free_x(i)*x*x + free_y(i)*y*y)
+         sums(2) = sums(2) + (counted(1, c) + counted(2, c))*((1 - free_x(i))*x*x + (1 - free_y(i))*y*y)
       end do
    end subroutine move_nodes
 

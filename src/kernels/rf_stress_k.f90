@@ -5,34 +5,29 @@ module rf_stress_k
    private
    public :: element_stresses, spread_largest
 
-   !> elements below which a second thread costs more than it brings
-   integer, parameter :: elements_for_threads = 4000
-
 contains
 
    !> Stresses xx, yy, xy of constant strain triangles, tension positive (theory: eqs. 1 to 3).
-   subroutine element_stresses(n, connectivity, x, ux, uy, section, direct, lateral, shear, factor, stress)
+   pure subroutine element_stresses(n, connectivity, x, ux, uy, section, direct, lateral, shear, factor, stress)
       !> elements
       integer, intent(in) :: n
       !> nodes, (3, elements)
-      integer, intent(in) :: connectivity(:, :)
+      integer, intent(in) :: connectivity(3, n)
       !> coordinates [length], (2, nodes)
-      real(wp), intent(in) :: x(:, :)
+      real(wp), intent(in) :: x(2, *)
       !> displacements [length], (nodes)
-      real(wp), intent(in) :: ux(:), uy(:)
+      real(wp), intent(in) :: ux(*), uy(*)
       !> section of each element
-      integer, intent(in) :: section(:)
+      integer, intent(in) :: section(n)
       !> plane elasticity of each section [stress]
-      real(wp), intent(in) :: direct(:), lateral(:), shear(:)
+      real(wp), intent(in) :: direct(*), lateral(*), shear(*)
       !> factor of stiffness of each element [-]
-      real(wp), intent(in) :: factor(:)
+      real(wp), intent(in) :: factor(n)
       !> [stress], (3, elements)
-      real(wp), intent(inout) :: stress(:, :)
+      real(wp), intent(inout) :: stress(3, n)
       real(wp) :: ax, ay, bx, by, aux, auy, bux, buy, scale, exx, eyy, gxy
       integer :: e, i, j, k, s
-      !$omp parallel do default(none) schedule(static) if (n >= elements_for_threads) &
-      !$omp    shared(n, connectivity, x, ux, uy, section, direct, lateral, shear, factor, stress) &
-      !$omp    private(e, i, j, k, s, ax, ay, bx, by, aux, auy, bux, buy, scale, exx, eyy, gxy)
+      !$omp simd private(i, j, k, s, ax, ay, bx, by, aux, auy, bux, buy, scale, exx, eyy, gxy)
       do e = 1, n
          i = connectivity(1, e)
          j = connectivity(2, e)
@@ -54,7 +49,6 @@ contains
          stress(2, e) = lateral(s)*exx + direct(s)*eyy
          stress(3, e) = shear(s)*gxy
       end do
-      !$omp end parallel do
    end subroutine element_stresses
 
    !> Largest value of the elements within two rings of each node.

@@ -2,6 +2,7 @@
 !> that it costs (theory: eqs. 23a to 23d). rf_cohesive_k holds the law.
 module rf_cohesive
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_grow, only: grow
    use rf_renumber, only: carry
    implicit none
@@ -30,6 +31,7 @@ module rf_cohesive
       real(wp) :: dissipated = 0, stored = 0
    contains
       procedure :: reserve, permute, keep, start, inherit, weigh, release, settle, take_stock, work, is_held
+      procedure :: exchange
    end type cohesive_t
 
 contains
@@ -218,5 +220,25 @@ contains
       integer, intent(in) :: p
       is_held = self%bonded(p) .and. .not. (self%separation(p) > 0)
    end function is_held
+
+   !> To or from a checkpoint.
+   subroutine exchange(self, archive)
+      class(cohesive_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%exchange('area', self%area)
+      call archive%exchange('energy', self%energy)
+      call archive%exchange('strength', self%strength)
+      call archive%exchange('damage', self%damage)
+      call archive%exchange('separation', self%separation)
+      call archive%exchange('rigid', self%rigid)
+      call archive%exchange('impulse', self%impulse)
+      call archive%exchange('bonded', self%bonded)
+      call archive%exchange('cap', self%cap)
+      call archive%exchange('critical', self%critical)
+      call archive%exchange('jump', self%jump)
+      call archive%exchange_fixed('steep', self%steep)
+      call archive%exchange('dissipated', self%dissipated)
+      call archive%exchange('stored', self%stored)
+   end subroutine exchange
 
 end module rf_cohesive

@@ -2,6 +2,7 @@
 !> Katona 1983). Here the pairs are found from the cracked edges and kept over splits; rf_contact_k finds the impulses.
 module rf_contact
    use rf_kinds, only: wp, i8
+   use rf_archive, only: archive_t
    use rf_disjoint, only: singletons, find_root, unite
    use rf_grow, only: grow
    use rf_sort, only: sorted_order
@@ -11,7 +12,8 @@ module rf_contact
    use rf_material, only: material_t
    use rf_motion, only: motion_t
    use rf_cohesive, only: cohesive_t
-   use rf_step_k, only: block_size
+   use rf_step_k, only: block_size, lanes
+   use rf_contact_k, only: most_coupled
    implicit none
    private
    public :: contact_t, pair_open, pair_slip, pair_stick
@@ -54,14 +56,18 @@ module rf_contact
       integer, allocatable :: node(:), pair_node(:, :)
       !> contact force on each contact node, after sum_forces [force], (2, contact nodes)
       real(wp), allocatable :: force(:, :)
-      !> 1/m of each contact node, 0 in directions that are held, (2, contact nodes); its residual counts (1, else 0)
-      real(wp), allocatable :: mobility(:, :), counted(:)
+      !> 1/m of each contact node, 0 in directions that are held; parts of its residual that count, see contact_step,
+      !> (2, contact nodes)
+      real(wp), allocatable :: mobility(:, :), counted(:, :)
       !> first pair and first contact node of each group, (groups + 1)
       integer, allocatable :: group_pair(:), group_node(:)
+      !> how the impulses of a group act on all its pairs, and its first column there (0: swept without), see contact_step
+      integer, allocatable :: group_column(:)
+      real(wp), allocatable :: coupling(:, :)
       !> blocks of nodes; first lone pair and first group of more of each, (blocks + 1): those whose lowest node lies in it
       integer :: n_blocks = 0
       integer, allocatable :: block_lone(:), block_group(:)
-      !> all lone pairs of the block are free in all directions, and none softens, (blocks)
+      !> nodes of the block's lone pairs are free or held in both directions, and none softens, (blocks)
       logical, allocatable :: ordinary(:)
       !> sums of each block, (2, blocks)
       real(wp), allocatable :: partial(:, :)
@@ -73,7 +79,16 @@ module rf_contact
    contains
       procedure :: rebuild, renumber, node_force, weigh, find_pair, gap, slip, opening, settle, follow_overlap, traction, state
       procedure :: arrange, sum_forces, bonds, softens
+      procedure :: exchange
    end type contact_t
+
+   interface
+      !> To or from a checkpoint.
+      module subroutine exchange(self, archive)
+         class(contact_t), intent(inout) :: self
+         class(archive_t), intent(inout) :: archive
+      end subroutine exchange
+   end interface
 
 contains
 
@@ -275,7 +290,7 @@ contains
             e = mesh%segment_element(side, s)
             associate (section => material%section(mesh%section(e)))
                energy = min(energy, section%fracture_energy)
-               if (all(section%strength > 0)) strength = min(strength, section%strength*material%strength_factor(e))
+               if (all(section%strength > 0)) strength = min(strength, section%strength*material%strength_of(e))
             end associate
          end do
          if (.not. all(energy > 0) .or. all(strength >= huge(1.0_wp))) return
@@ -317,7 +332,7 @@ contains
       call grow(self%force, 2*n, 2)
       call grow(self%kick, 2*n, 2)
       call grow(self%mobility, 2*n, 2)
-      call grow(self%counted, 2*n)
+      call grow(self%counted, 2*n, 2)
       call self%cohesive%reserve(n)
    end subroutine reserve_pairs
 
@@ -532,7 +547,7 @@ contains
       do c = 1, self%n_nodes
          n = self%node(c)
          self%mobility(:, c) = [free_x(n), free_y(n)]*inverse_mass(n)
-         self%counted(c) = counted(n)
+         self%counted(:, c) = counted(n)*[free_x(n), 1 - free_x(n)]
       end do
       do p = 1, self%n_pairs
          self%gain(:, p) = 0
@@ -550,9 +565,8 @@ contains
             cycle
          end if
          self%block_lone(k + 1) = self%block_lone(k + 1) + 1
-         n = self%pair(1, g)
-         p = self%pair(2, g)
-         if (self%cohesive%bonded(g) .or. .not. min(free_x(n), free_y(n), free_x(p), free_y(p)) > 0) self%ordinary(k) = .false.
+         if (self%cohesive%bonded(g) .or. any(abs(free_x(self%pair(:, g)) - free_y(self%pair(:, g))) > 0)) &
+            self%ordinary(k) = .false.
       end do
       self%block_lone(1) = 1
       self%block_group(1) = self%n_lone + 1
@@ -560,6 +574,8 @@ contains
          self%block_lone(k + 1) = self%block_lone(k) + self%block_lone(k + 1)
          self%block_group(k + 1) = self%block_group(k) + self%block_group(k + 1)
       end do
+
+      call couple(self)
 
    contains
 
@@ -570,6 +586,69 @@ contains
       end function block_of
 
    end subroutine arrange
+
+   !> What unit impulses change of the gaps and slips of the pairs of their group, for connected groups without softening
+   !> pairs whose nodes are equally free in both directions.
+   subroutine couple(self)
+      type(contact_t), intent(inout) :: self
+      integer :: g, columns, vectors, n, p, q, first
+      if (allocated(self%group_column)) deallocate (self%group_column)
+      allocate (self%group_column(self%n_groups), source=0)
+      columns = 0
+      do g = self%n_lone + 1, self%n_groups
+         n = self%group_pair(g + 1) - self%group_pair(g)
+         if (n > most_coupled .or. any(self%cohesive%bonded(self%group_pair(g):self%group_pair(g + 1) - 1))) cycle
+         associate (mobility => self%mobility(:, self%group_node(g):self%group_node(g + 1) - 1))
+            if (any(abs(mobility(1, :) - mobility(2, :)) > 0)) cycle
+         end associate
+         vectors = (2*n - 1)/lanes + 1
+         self%group_column(g) = columns + 1
+         call grow(self%coupling, columns + 2*n*vectors, lanes)
+         self%coupling(:, columns + 1:columns + 2*n*vectors) = 0
+         first = self%group_pair(g)
+         do q = 0, n - 1
+            do p = 0, n - 1
+               call add(2*p + 1, columns + 2*q*vectors, acted(first + p, first + q))
+            end do
+         end do
+         columns = columns + 2*n*vectors
+      end do
+      if (.not. allocated(self%coupling)) allocate (self%coupling(lanes, 0))
+
+   contains
+
+      !> Entries of a pair (row: its gap) in the two columns of another.
+      subroutine add(row, column, entries)
+         integer, intent(in) :: row, column
+         real(wp), intent(in) :: entries(2, 2)
+         integer :: c, r, v
+         do c = 1, 2
+            do r = 1, 2
+               v = column + (c - 1)*vectors + (row + r - 2)/lanes + 1
+               self%coupling(mod(row + r - 2, lanes) + 1, v) = entries(r, c)
+            end do
+         end do
+      end subroutine add
+
+      !> Gap and slip of pair p by unit impulses, normal and tangential, of pair q.
+      pure function acted(p, q)
+         integer, intent(in) :: p, q
+         real(wp) :: acted(2, 2), m
+         integer :: i, j
+         m = 0
+         do i = 1, 2
+            do j = 1, 2
+               if (self%pair_node(i, p) == self%pair_node(j, q)) &
+                  m = m + merge(1, -1, i == j)*self%mobility(1, self%pair_node(i, p))
+            end do
+         end do
+         acted(1, 1) = m*dot_product(self%normal(:, p), self%normal(:, q))
+         acted(2, 2) = acted(1, 1)
+         acted(2, 1) = m*(self%normal(1, p)*self%normal(2, q) - self%normal(2, p)*self%normal(1, q))
+         acted(1, 2) = -acted(2, 1)
+      end function acted
+
+   end subroutine couple
 
    !> Contact force on each contact node after a step.
    subroutine sum_forces(self, b)

@@ -3,6 +3,7 @@
 module rf_dynamics
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t
@@ -61,7 +62,16 @@ module rf_dynamics
       procedure :: adopt, renumber
       procedure :: kinetic_energy_before, book_loads, not_finite, add_moving, show_initial
       procedure, private :: find_moving, set_factors, drive, find_moving_forces, book_half, prepare_masks, book_change
+      procedure :: exchange
    end type dynamics_t
+
+   interface
+      !> To or from a checkpoint.
+      module subroutine exchange(self, archive)
+         class(dynamics_t), intent(inout) :: self
+         class(archive_t), intent(inout) :: archive
+      end subroutine exchange
+   end interface
 
 contains
 
@@ -307,7 +317,8 @@ contains
                            contact%group_node, contact%node, contact%pair_node, contact%normal, contact%weight, contact%gain, &
                            contact%friction, contact%cohesive_force, contact%slip_reference, contact%gap_reference, &
                            contact%cohesive%bonded, contact%cohesive%rigid, contact%cohesive%cap, contact%cohesive%critical, &
-                           contact%cohesive%damage, contact%mobility, contact%counted, contact_tolerance, 0.0_wp, 1.0_wp, &
+                           contact%cohesive%damage, contact%mobility, contact%counted, contact%group_column, contact%coupling, &
+                           contact_tolerance, 0.0_wp, 1.0_wp, &
                            loads%free_x, loads%free_y, loads%px, loads%py, motion%fx, motion%fy, motion%ux, motion%uy, &
                            motion%wx, motion%wy, motion%vx, motion%vy, contact%impulse, contact%cohesive%impulse, &
                            contact%cohesive%separation, contact%force, contact%jump, contact%kick, contact%partial)

@@ -2,6 +2,7 @@
 !> accepted equilibria, against what it became. Energy is released at events only, so that the error is a real check.
 module rf_energy
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_grow, only: grow
    use rf_loads, only: loads_t
    use rf_motion, only: motion_t
@@ -29,6 +30,7 @@ module rf_energy
    contains
       procedure :: prepare, accept, adopt, renumber, take_out, error, strain_energy, go_on_from
       procedure, private :: take_loads
+      procedure :: exchange
    end type energy_t
 
 contains
@@ -213,5 +215,29 @@ contains
       if (self%largest_external > 0) error = (self%external - self%strain - self%kinetic - self%friction - self%softening &
                                               - self%released - self%damping)/self%largest_external
    end function error
+
+   !> To or from a checkpoint.
+   subroutine exchange(self, archive)
+      class(energy_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%exchange('external', self%external)
+      call archive%exchange('strain', self%strain)
+      call archive%exchange('kinetic', self%kinetic)
+      call archive%exchange('friction', self%friction)
+      call archive%exchange('softening', self%softening)
+      call archive%exchange('released', self%released)
+      call archive%exchange('damping', self%damping)
+      call archive%exchange('largest_external', self%largest_external)
+      call archive%exchange('released_by_event', self%released_by_event)
+      call archive%exchange('falls', self%falls)
+      call archive%exchange('begun', self%begun)
+      call archive%exchange('ux', self%ux)
+      call archive%exchange('uy', self%uy)
+      call archive%exchange('px', self%px)
+      call archive%exchange('py', self%py)
+      call archive%exchange('qx', self%qx)
+      call archive%exchange('qy', self%qy)
+      call archive%exchange('taken', self%taken)
+   end subroutine exchange
 
 end module rf_energy

@@ -31,7 +31,7 @@ contains
          eps = strain(gradient, motion%corner_displacements(mesh, e))
          associate (section => material%section(mesh%section(e)))
             total = total + area*section%thickness*dot_product(eps, material%initial%in_plane(e) + &
-                                                               0.5_wp*material%stiffness_factor(e)*stress(section%law, eps))
+                                                               0.5_wp*material%stiffness_of(e)*stress(section%law, eps))
          end associate
       end do
    end function stored_energy
@@ -54,7 +54,7 @@ contains
          e = around(i)
          call gradients(mesh%x(:, mesh%connectivity(:, e)), gradient, area)
          associate (section => material%section(mesh%section(e)))
-            f = corner_forces(gradient, area*section%thickness, material%initial%in_plane(e) + material%stiffness_factor(e)* &
+            f = corner_forces(gradient, area*section%thickness, material%initial%in_plane(e) + material%stiffness_of(e)* &
                               stress(section%law, strain(gradient, motion%corner_displacements(mesh, e))))
          end associate
          force = force + f(:, corner_of(mesh, e, node))

@@ -4,6 +4,7 @@
 !> nodes that came apart are no longer summed over both sides.
 module rf_initial_stress
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t, elements_around, corner_of, sort_ascending
@@ -29,6 +30,7 @@ module rf_initial_stress
       type(stress_line_t), allocatable :: line(:)
    contains
       procedure :: prepare, assign_lines, adopt, in_plane, nodal_force, nodal_forces
+      procedure :: exchange
    end type initial_stress_t
 
 contains
@@ -132,5 +134,13 @@ contains
          end do
       end do
    end subroutine nodal_forces
+
+   !> To or from a checkpoint. (Derived: line follows from the deck.)
+   subroutine exchange(self, archive)
+      class(initial_stress_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%exchange('given', self%given)
+      call archive%exchange('stress', self%stress)
+   end subroutine exchange
 
 end module rf_initial_stress

@@ -4,6 +4,7 @@
 !> gravity per element. Without amplitude a value runs linearly from where the last step left it.
 module rf_loads
    use rf_kinds, only: wp, i8
+   use rf_archive, only: archive_t
    use rf_grow, only: grow
    use rf_sort, only: sorted_order
    use rf_mesh, only: mesh_t
@@ -102,9 +103,16 @@ module rf_loads
       procedure, private :: add_nodal_forces, add_pressures, add_gravity
       procedure, private :: value_at, pressure_of
       procedure, private, nopass :: acts_on_element
+      procedure :: exchange
    end type loads_t
 
    interface
+      !> To or from a checkpoint.
+      module subroutine exchange(self, archive)
+         class(loads_t), intent(inout) :: self
+         class(archive_t), intent(inout) :: archive
+      end subroutine exchange
+
       !> Share the loads anew after a split (after adopt): what `apply` would do, at the cost of what the split touched.
       module subroutine follow(self, mesh, material, changes, fraction, time)
          class(loads_t), intent(inout) :: self

@@ -2,6 +2,7 @@
 !> it is under from the start.
 module rf_material
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_grow, only: grow
    use rf_cst, only: elasticity_t
    use rf_initial_stress, only: initial_stress_t
@@ -49,21 +50,39 @@ module rf_material
       character(len=80), allocatable :: name(:)
       !> surfaces of each *CRACK (not allocated: there is none), (cracks)
       type(surface_t), allocatable :: surface(:)
-      !> factor of stiffness and of strength (tensile strength, cohesion) of each element [-], (capacity)
+      !> factor of stiffness and of strength (tensile strength, cohesion) of each element [-], (capacity); not allocated where
+      !> nothing scatters
       real(wp), allocatable :: stiffness_factor(:), strength_factor(:)
       type(initial_stress_t) :: initial
    contains
-      procedure :: prepare, adopt, renumber, surface_given, out_of_plane
+      procedure :: prepare, adopt, renumber, stiffness_of, strength_of, surface_given, out_of_plane
+      procedure :: exchange
    end type material_t
 
 contains
 
-   !> Elements without scatter.
+   !> Room for the factors of elements that scatter: all are 1 so far.
    subroutine prepare(self, n_elements)
       class(material_t), intent(inout) :: self
       integer, intent(in) :: n_elements
       allocate (self%stiffness_factor(n_elements), self%strength_factor(n_elements), source=1.0_wp)
    end subroutine prepare
+
+   !> Factor of an element's stiffness [-].
+   pure real(wp) function stiffness_of(self, element) result(factor)
+      class(material_t), intent(in) :: self
+      integer, intent(in) :: element
+      factor = 1
+      if (allocated(self%stiffness_factor)) factor = self%stiffness_factor(element)
+   end function stiffness_of
+
+   !> Factor of an element's tensile strength and cohesion [-].
+   pure real(wp) function strength_of(self, element) result(factor)
+      class(material_t), intent(in) :: self
+      integer, intent(in) :: element
+      factor = 1
+      if (allocated(self%strength_factor)) factor = self%strength_factor(element)
+   end function strength_of
 
    !> Whether a crack has friction of its own (crack 0, broken in the run, has not).
    pure logical function surface_given(self, crack)
@@ -80,6 +99,7 @@ contains
       type(changes_t), intent(in) :: changes
       integer :: i, child, origin
       call self%initial%adopt(changes)
+      if (.not. allocated(self%stiffness_factor)) return
       do i = 1, changes%n_children
          child = changes%child(1, i)
          origin = changes%child(2, i)
@@ -115,5 +135,16 @@ contains
          zz = initial(3) + ratio*((stress(1) - initial(1)) + (stress(2) - initial(2)))
       end associate
    end function out_of_plane
+
+   !> To or from a checkpoint. (Derived: section, name, surface follow from the deck.)
+   subroutine exchange(self, archive)
+      class(material_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%exchange('stiffness_factor', self%stiffness_factor)
+      call archive%exchange('strength_factor', self%strength_factor)
+      call archive%enter('initial')
+      call self%initial%exchange(archive)
+      call archive%leave()
+   end subroutine exchange
 
 end module rf_material

@@ -431,6 +431,7 @@ contains
       type(material_t), intent(inout) :: material
       integer :: e, m
       real(wp) :: factor
+      if (all(draft%scatter%kind == scatter_none)) return
       call material%prepare(mesh%n_elements)
       do e = 1, mesh%n_elements
          m = material%section(mesh%section(e))%material

@@ -1,6 +1,7 @@
 !> The state of motion of all nodes, one array a component: what the step kernel works on.
 module rf_motion
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t
@@ -20,6 +21,7 @@ module rf_motion
       real(wp), allocatable :: fx(:), fy(:)
    contains
       procedure :: reserve, advance, adopt, renumber, corner_displacements
+      procedure :: exchange
    end type motion_t
 
 contains
@@ -94,5 +96,19 @@ contains
       u(1, :) = self%ux(mesh%connectivity(:, element))
       u(2, :) = self%uy(mesh%connectivity(:, element))
    end function corner_displacements
+
+   !> To or from a checkpoint.
+   subroutine exchange(self, archive)
+      class(motion_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%exchange('ux', self%ux)
+      call archive%exchange('uy', self%uy)
+      call archive%exchange('wx', self%wx)
+      call archive%exchange('wy', self%wy)
+      call archive%exchange('vx', self%vx)
+      call archive%exchange('vy', self%vy)
+      call archive%exchange('fx', self%fx)
+      call archive%exchange('fy', self%fy)
+   end subroutine exchange
 
 end module rf_motion

@@ -1,6 +1,7 @@
 !> The pieces the body has fallen into: nodes connected through elements, not through contact.
 module rf_pieces
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_disjoint, only: singletons, find_root, unite
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
@@ -24,6 +25,7 @@ module rf_pieces
    contains
       procedure :: find, follow, look_at_loads
       procedure, private :: still_joined
+      procedure :: exchange
    end type pieces_t
 
 contains
@@ -168,5 +170,19 @@ contains
          end do
       end do
    end subroutine share
+
+   !> To or from a checkpoint.
+   subroutine exchange(self, archive)
+      class(pieces_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%exchange('n', self%n)
+      call archive%exchange('n_nodes', self%n_nodes)
+      call archive%exchange('of_node', self%of_node)
+      call archive%exchange('supported', self%supported)
+      call archive%exchange('loaded', self%loaded)
+      call archive%exchange('slides', self%slides)
+      call archive%exchange('seen', self%seen)
+      call archive%exchange('search', self%search)
+   end subroutine exchange
 
 end module rf_pieces

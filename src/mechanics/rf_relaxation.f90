@@ -3,6 +3,7 @@
 module rf_relaxation
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use rf_kinds, only: wp, i8
+   use rf_archive, only: archive_t
    use rf_clock, only: stopwatch_t
    use rf_interruption, only: interruption_t
    use rf_grow, only: grow
@@ -101,7 +102,7 @@ module rf_relaxation
       !> velocities of this step and of the last one, (node, step, direction); KINETIC damping only
       real(wp), allocatable, private :: velocity(:, :, :)
    contains
-      procedure :: begin_step, equilibrate
+      procedure :: begin_step, equilibrate, exchange
       procedure, private :: start, prepare_masks, step, sum_up, next_damping, judge_failure, return_to_peak, keep_velocities
    end type relaxation_t
 
@@ -235,7 +236,7 @@ contains
                         contact%group_node, contact%node, contact%pair_node, contact%normal, contact%weight, contact%gain, &
                         contact%friction, contact%cohesive_force, contact%slip_reference, contact%gap_reference, &
                         contact%cohesive%bonded, contact%cohesive%rigid, contact%cohesive%cap, contact%cohesive%critical, &
-                        contact%cohesive%damage, contact%mobility, contact%counted, &
+                        contact%cohesive%damage, contact%mobility, contact%counted, contact%group_column, contact%coupling, &
                         min(contact_tolerance, contact_fraction*tolerance), warm, b, loads%free_x, loads%free_y, loads%px, &
                         loads%py, motion%fx, motion%fy, motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, &
                         contact%impulse, contact%cohesive%impulse, contact%cohesive%separation, contact%force, contact%jump, &
@@ -436,5 +437,32 @@ contains
          force(2, n) = force(2, n) - (1 - loads%free_y(n))*contact%force(2, c)
       end do
    end subroutine reaction
+
+   !> To or from a checkpoint. (Derived: settings follow from the deck; the masks counted, paced, measured, keep, special,
+   !> touching, partial are made anew; element_updates, seconds, contact_watch are figures of one process.)
+   subroutine exchange(self, archive)
+      class(relaxation_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%exchange('under_way', self%under_way)
+      call archive%exchange('iterations', self%iterations)
+      call archive%exchange('outcome', self%outcome)
+      call archive%exchange('residual', self%residual)
+      call archive%exchange('b', self%b)
+      call archive%exchange('piece', self%piece)
+      call archive%exchange('node', self%node)
+      call archive%exchange('largest_scale', self%largest_scale)
+      call archive%exchange('viscous', self%viscous)
+      call archive%exchange('velocity', self%velocity)
+      associate (now => self%now)
+         call archive%exchange('c', now%c)
+         call archive%exchange('at_rest', now%at_rest)
+         call archive%exchange('lowest', now%lowest)
+         call archive%exchange('kinetic_before', now%kinetic_before)
+         call archive%exchange('applied', now%applied)
+         call archive%exchange('largest', now%largest)
+         call archive%exchange('start_x', now%start_x)
+         call archive%exchange('start_y', now%start_y)
+      end associate
+   end subroutine exchange
 
 end module rf_relaxation

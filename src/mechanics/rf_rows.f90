@@ -2,6 +2,7 @@
 !> nodes whose rows lie in slices (rf_step_k). A split rebuilds the blocks of the nodes it touched, nothing else.
 module rf_rows
    use rf_kinds, only: wp, i8
+   use rf_archive, only: archive_t
    use rf_grow, only: grow
    use rf_sort, only: sorted_order
    use rf_mesh, only: mesh_t
@@ -39,6 +40,7 @@ module rf_rows
    contains
       procedure :: build, update
       procedure, private :: build_row, place_block, load_block, size_blocks
+      procedure :: exchange
    end type rows_t
 
    !> rows of one block before they are laid out: neighbours of slot k are entries (k - 1) width + 1 ...
@@ -223,7 +225,7 @@ contains
       call gradients(mesh%x(:, mesh%connectivity(:, element)), g, area)
       c = corner_of(mesh, element, node)
       s = mesh%section(element)
-      factor = area*material%section(s)%thickness*material%stiffness_factor(element)
+      factor = area*material%section(s)%thickness*material%stiffness_of(element)
       own = 0
       do other = 1, 3
          if (other == c) cycle
@@ -348,5 +350,27 @@ contains
       end subroutine reserve
 
    end subroutine place_block
+
+   !> To or from a checkpoint. All of it: rows that followed splits lie in another order than rows built anew.
+   subroutine exchange(self, archive)
+      class(rows_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%exchange('n_blocks', self%n_blocks)
+      call archive%exchange('first', self%first)
+      call archive%exchange('count', self%count)
+      call archive%exchange('slice', self%slice)
+      call archive%exchange('order', self%order)
+      call archive%exchange('column', self%column)
+      call archive%exchange('kxx', self%kxx)
+      call archive%exchange('kxy', self%kxy)
+      call archive%exchange('kyx', self%kyx)
+      call archive%exchange('kyy', self%kyy)
+      call archive%exchange('row_sum', self%row_sum)
+      call archive%exchange('inverse_mass', self%inverse_mass)
+      call archive%exchange('start', self%start)
+      call archive%exchange('room', self%room)
+      call archive%exchange('n_entries', self%n_entries)
+      call archive%exchange('n_nodes', self%n_nodes)
+   end subroutine exchange
 
 end module rf_rows

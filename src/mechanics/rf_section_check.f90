@@ -112,7 +112,7 @@ contains
          if (all(beyond(corner)) .or. .not. any(beyond(corner))) cycle
          call gradients(mesh%x(:, corner), gradient, area)
          associate (section => material%section(mesh%section(e)))
-            f = corner_forces(gradient, area*section%thickness, material%initial%in_plane(e) + material%stiffness_factor(e)* &
+            f = corner_forces(gradient, area*section%thickness, material%initial%in_plane(e) + material%stiffness_of(e)* &
                               stress(section%law, strain(gradient, motion%corner_displacements(mesh, e))))
          end associate
          do k = 1, 3

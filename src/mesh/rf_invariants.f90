@@ -5,6 +5,7 @@
 module rf_invariants
    use rf_disjoint, only: unite
    use rf_kinds, only: wp, i8
+   use rf_archive, only: archive_t
    use rf_text, only: to_text
    use rf_sort, only: sorted_order
    use rf_mesh, only: mesh_t, no_origin
@@ -24,6 +25,8 @@ module rf_invariants
       integer :: euler = 0
       !> nodes and elements, and ids given, before the first split
       integer :: n_nodes = 0, n_elements = 0, last_node_id = 0, last_element_id = 0
+   contains
+      procedure :: exchange
    end type baseline_t
 
    !> Parts of the body as joined corners: corner k of element e is number 3 (e - 1) + k.
@@ -451,5 +454,18 @@ contains
             problem = 'element '//to_text(changes%element(i))//' is listed twice among the changes'
       end do
    end subroutine check_births
+
+   !> To or from a checkpoint.
+   subroutine exchange(self, archive)
+      class(baseline_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%exchange('area', self%area)
+      call archive%exchange('perimeter', self%perimeter)
+      call archive%exchange('euler', self%euler)
+      call archive%exchange('n_nodes', self%n_nodes)
+      call archive%exchange('n_elements', self%n_elements)
+      call archive%exchange('last_node_id', self%last_node_id)
+      call archive%exchange('last_element_id', self%last_element_id)
+   end subroutine exchange
 
 end module rf_invariants

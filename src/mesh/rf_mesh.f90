@@ -5,6 +5,7 @@
 !> have nodes of their own wherever the crack has opened the fan (rf_topology).
 module rf_mesh
    use rf_kinds, only: wp, i1, i8
+   use rf_archive, only: archive_t
    use rf_grow, only: grow
    implicit none
    private
@@ -77,6 +78,7 @@ module rf_mesh
    contains
       procedure :: reserve_nodes, reserve_elements, reserve_segments
       procedure :: edge_index, area, node_in_set, element_in_set
+      procedure :: exchange
    end type mesh_t
 
 contains
@@ -164,5 +166,45 @@ contains
       element_in_set = .false.
       if (set > 0) element_in_set = btest(self%element_membership((set - 1)/64 + 1, element), mod(set - 1, 64))
    end function element_in_set
+
+   !> To or from a checkpoint.
+   subroutine exchange(self, archive)
+      class(mesh_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%exchange('n_nodes', self%n_nodes)
+      call archive%exchange('n_elements', self%n_elements)
+      call archive%exchange('n_segments', self%n_segments)
+      call archive%exchange('n_deck_nodes', self%n_deck_nodes)
+      call archive%exchange('n_deck_elements', self%n_deck_elements)
+      call archive%exchange('ordering', self%ordering)
+      call archive%exchange('last_node_id', self%last_node_id)
+      call archive%exchange('last_element_id', self%last_element_id)
+      call archive%exchange('size', self%size)
+      call archive%exchange('diagonal', self%diagonal)
+      call archive%exchange('mean_edge', self%mean_edge)
+      call archive%exchange('x', self%x)
+      call archive%exchange('node_id', self%node_id)
+      call archive%exchange('node_origin', self%node_origin)
+      call archive%exchange('node_rank', self%node_rank)
+      call archive%exchange('element_of', self%element_of)
+      call archive%exchange('share', self%share)
+      call archive%exchange('hinge', self%hinge)
+      call archive%exchange('node_membership', self%node_membership)
+      call archive%exchange('connectivity', self%connectivity)
+      call archive%exchange('neighbour', self%neighbour)
+      call archive%exchange('segment', self%segment)
+      call archive%exchange('face_tag', self%face_tag)
+      call archive%exchange('element_id', self%element_id)
+      call archive%exchange('element_origin', self%element_origin)
+      call archive%exchange('element_rank', self%element_rank)
+      call archive%exchange('section', self%section)
+      call archive%exchange('split_level', self%split_level)
+      call archive%exchange('element_membership', self%element_membership)
+      call archive%exchange('segment_element', self%segment_element)
+      call archive%exchange('segment_mode', self%segment_mode)
+      call archive%exchange('segment_event', self%segment_event)
+      call archive%exchange('segment_crack', self%segment_crack)
+      call archive%exchange('segment_straight', self%segment_straight)
+   end subroutine exchange
 
 end module rf_mesh

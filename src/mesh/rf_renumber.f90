@@ -237,11 +237,9 @@ contains
       do i = 1, size(exposed)
          n = exposed(i)
          around = corner_list(first(n):first(n + 1) - 1)
-         if (mesh%hinge(n)) then
-            mesh%hinge(n) = .not. is_one_fan(mesh, n, size(around))
-         else
-            call part_fans(mesh, n, around, changes, n_copies)
-         end if
+         if (mesh%hinge(n)) mesh%hinge(n) = .not. is_one_fan(mesh, n, size(around))
+         ! one that is a hinge no more may have cracks that came to it while it was, and were not opened
+         if (.not. mesh%hinge(n)) call part_fans(mesh, n, around, changes, n_copies)
       end do
       if (changes%n_nodes > 0) exposed = [exposed, changes%node(:changes%n_nodes)]
    end subroutine remove_from_mesh

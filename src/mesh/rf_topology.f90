@@ -3,6 +3,7 @@
 !> opening at the boundary) is a sequence of these.
 module rf_topology
    use rf_kinds, only: wp, i1, i8
+   use rf_archive, only: archive_t
    use rf_sort, only: sorted_order
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t, no_origin
@@ -34,6 +35,7 @@ module rf_topology
    contains
       procedure :: clear, corners
       procedure, private :: add_node, add_element, add_child
+      procedure :: exchange
    end type changes_t
 
 contains
@@ -281,7 +283,7 @@ contains
       integer, allocatable, intent(inout) :: elements(:)
       !> how many there are
       integer, intent(out) :: n
-      integer :: start, e
+      integer :: e, start
       n = 0
       if (mesh%hinge(node)) then
          do e = 1, mesh%n_elements
@@ -289,19 +291,36 @@ contains
          end do
          return
       end if
-      start = first_of_fan(mesh, node)
-      e = start
-      do
-         call append()
-         e = turn(mesh, e, node, previous_corner)
-         if (e == 0 .or. e == start) exit
-      end do
+      start = mesh%element_of(node)
+      call walk()
+      if (e /= 0) return
+      start = first_of_fan(mesh, node)      ! an open fan
+      if (start == elements(1)) return
+      n = 0
+      call walk()
 
    contains
 
+      !> Counter-clockwise from the start until the fan ends or closes.
+      subroutine walk()
+         integer :: k
+         e = start
+         k = corner_of(mesh, e, node)
+         do
+            call append()
+            e = mesh%neighbour(previous_corner(k), e)
+            if (e == 0 .or. e == start) exit
+            k = corner_of(mesh, e, node)
+            if (k > 0) cycle
+            e = 0
+            exit
+         end do
+      end subroutine walk
+
       subroutine append()
          n = n + 1
-         call grow(elements, n)
+         if (.not. allocated(elements)) allocate (elements(8))
+         if (n > size(elements)) call grow(elements, n)
          elements(n) = e
       end subroutine append
 
@@ -613,5 +632,19 @@ contains
          list(j + 1) = value
       end do
    end subroutine sort_ascending
+
+   !> To or from a checkpoint.
+   subroutine exchange(self, archive)
+      class(changes_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%exchange('n_nodes', self%n_nodes)
+      call archive%exchange('n_elements', self%n_elements)
+      call archive%exchange('node', self%node)
+      call archive%exchange('parent', self%parent)
+      call archive%exchange('on_boundary', self%on_boundary)
+      call archive%exchange('element', self%element)
+      call archive%exchange('child', self%child)
+      call archive%exchange('n_children', self%n_children)
+   end subroutine exchange
 
 end module rf_topology

@@ -15,6 +15,7 @@
 !> - Nodes and elements one a line (N, EN), not in blocks (NBLOCK, EBLOCK): ANSYS does not skip blocks inside *IF.
 module rf_apdl
    use rf_kinds, only: wp, i8
+   use rf_archive, only: archive_t
    use rf_text_file, only: text_file_t
    use rf_text, only: to_text
    implicit none
@@ -36,6 +37,8 @@ module rf_apdl
       integer, allocatable, private :: node_id(:), element_id(:)
    contains
       procedure :: create
+      procedure :: exchange
+      procedure :: go_on
       procedure :: begin_geometry
       procedure :: add_interfaces
       procedure :: end_geometry
@@ -70,6 +73,34 @@ contains
       end associate
       call this%file%flush(error)
    end subroutine create
+
+   !> To or from a checkpoint.
+   subroutine exchange(this, archive)
+      class(apdl_t), intent(inout) :: this
+      class(archive_t), intent(inout) :: archive
+      call archive%enter('file')
+      call this%file%exchange(archive)
+      call archive%leave()
+      call archive%exchange('frames_place', this%frames_place)
+      call archive%exchange('last_place', this%last_place)
+      call archive%exchange('frames', this%frames)
+      call archive%exchange('node_id', this%node_id)
+      call archive%exchange('element_id', this%element_id)
+   end subroutine exchange
+
+   !> Go on with the file of a checkpoint; the numbers of frames become those of then.
+   subroutine go_on(this, path, look_only, error)
+      class(apdl_t), intent(inout) :: this
+      character(len=*), intent(in) :: path
+      !> only say whether it can be done
+      logical, intent(in) :: look_only
+      character(len=:), allocatable, intent(out) :: error
+      call this%file%go_on(path, look_only, error)
+      if (look_only .or. allocated(error)) return
+      call this%file%overwrite(this%frames_place, fixed(this%frames))
+      if (this%last_place > 0) call this%file%overwrite(this%last_place, fixed(this%frames))
+      call this%file%flush(error)
+   end subroutine go_on
 
    !> A frame number in the room that is kept for it.
    pure function fixed(number) result(text)
@@ -262,8 +293,10 @@ contains
    end subroutine close_file
 
    !> Close and delete the file, if this run made it.
-   subroutine discard(this)
+   subroutine discard(this, keep)
       class(apdl_t), intent(inout) :: this
-      call this%file%discard()
+      !> leave the files as they are instead of deleting them (default: no)
+      logical, intent(in), optional :: keep
+      call this%file%discard(keep)
    end subroutine discard
 end module rf_apdl

@@ -4,6 +4,7 @@
 !> line, then i10 for an id, i3 for an integration point, and 13 columns of 7 significant digits a value.
 module rf_ascii
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_text_file, only: text_file_t
    use rf_text, only: to_text
    implicit none
@@ -24,6 +25,8 @@ module rf_ascii
       character(len=:), allocatable, private :: row
    contains
       procedure :: create => create_csv
+      procedure :: exchange => exchange_csv
+      procedure :: go_on => go_on_csv
       procedure, private :: put_integer, put_real, put_text
       !> add a value to the row
       generic :: put => put_integer, put_real, put_text
@@ -37,6 +40,8 @@ module rf_ascii
       type(text_file_t), private :: file
    contains
       procedure :: create => create_dat
+      procedure :: exchange => exchange_dat
+      procedure :: go_on => go_on_dat
       procedure :: node_table
       procedure :: total_table
       procedure :: element_table
@@ -63,6 +68,24 @@ contains
       end do
       call this%end_row(error)
    end subroutine create_csv
+
+   !> To or from a checkpoint. (Derived: row is empty between two rows.)
+   subroutine exchange_csv(this, archive)
+      class(csv_t), intent(inout) :: this
+      class(archive_t), intent(inout) :: archive
+      call this%file%exchange(archive)
+   end subroutine exchange_csv
+
+   !> Go on with the file of a checkpoint.
+   subroutine go_on_csv(this, path, look_only, error)
+      class(csv_t), intent(inout) :: this
+      character(len=*), intent(in) :: path
+      !> only say whether it can be done
+      logical, intent(in) :: look_only
+      character(len=:), allocatable, intent(out) :: error
+      this%row = ''
+      call this%file%go_on(path, look_only, error)
+   end subroutine go_on_csv
 
    subroutine put_integer(this, value)
       class(csv_t), intent(inout) :: this
@@ -109,9 +132,11 @@ contains
    end subroutine close_csv
 
    !> Close and delete.
-   subroutine discard_csv(this)
+   subroutine discard_csv(this, keep)
       class(csv_t), intent(inout) :: this
-      call this%file%discard()
+      !> leave the files as they are instead of deleting them (default: no)
+      logical, intent(in), optional :: keep
+      call this%file%discard(keep)
    end subroutine discard_csv
 
    !> Make JOB.dat; an existing one is replaced.
@@ -121,6 +146,23 @@ contains
       character(len=:), allocatable, intent(out) :: error
       call this%file%create(path, error)
    end subroutine create_dat
+
+   !> To or from a checkpoint.
+   subroutine exchange_dat(this, archive)
+      class(dat_t), intent(inout) :: this
+      class(archive_t), intent(inout) :: archive
+      call this%file%exchange(archive)
+   end subroutine exchange_dat
+
+   !> Go on with the file of a checkpoint.
+   subroutine go_on_dat(this, path, look_only, error)
+      class(dat_t), intent(inout) :: this
+      character(len=*), intent(in) :: path
+      !> only say whether it can be done
+      logical, intent(in) :: look_only
+      character(len=:), allocatable, intent(out) :: error
+      call this%file%go_on(path, look_only, error)
+   end subroutine go_on_dat
 
    subroutine header(this, what, set, time)
       class(dat_t), intent(inout) :: this
@@ -226,8 +268,10 @@ contains
    end subroutine close_dat
 
    !> Close and delete.
-   subroutine discard_dat(this)
+   subroutine discard_dat(this, keep)
       class(dat_t), intent(inout) :: this
-      call this%file%discard()
+      !> leave the files as they are instead of deleting them (default: no)
+      logical, intent(in), optional :: keep
+      call this%file%discard(keep)
    end subroutine discard_dat
 end module rf_ascii

@@ -3,7 +3,7 @@
 module rf_fields
    use rf_kinds, only: wp
    use rf_model, only: model_t
-   use rf_criterion, only: principal
+   use rf_criterion, only: principal, strength_t
    use rf_recovery, only: patch_work_t, node_stress
    implicit none
    private
@@ -129,8 +129,8 @@ contains
       end do
       do n = 1, model%mesh%n_nodes
          associate (section => model%material%section(model%mesh%section(model%mesh%element_of(n))))
-            call node_stress(model%mesh, model%material, added, model%failure%element_strength, n, section%material, .true., &
-                             work, at_node, strength)
+            call node_stress(model%mesh, model%material, added, strength_t(), n, section%material, .true., work, at_node, &
+                             strength)
             values(3, n) = at_node(1) + section%law%out_of_plane*sum(model%failure%stress(1:2, n))
          end associate
       end do
@@ -231,7 +231,10 @@ contains
    subroutine fill_strength_factor(model, values)
       type(model_t), intent(in) :: model
       real(wp), intent(inout) :: values(:, :)
-      values(1, :model%mesh%n_elements) = model%material%strength_factor(:model%mesh%n_elements)
+      integer :: e
+      do e = 1, model%mesh%n_elements
+         values(1, e) = model%material%strength_of(e)
+      end do
    end subroutine fill_strength_factor
 
 end module rf_fields

@@ -2,6 +2,7 @@
 !> and elements stand in the deck's order, then in order of creation, whatever the internal numbering.
 module rf_frames
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_model, only: model_t
    use rf_topology, only: side_nodes
    use rf_fields, only: field_t, point_fields, cell_fields, with_fracture, with_dynamics
@@ -25,6 +26,7 @@ module rf_frames
       !> changes of the mesh that the geometry in the files has seen; -1: none is there
       integer, private :: mesh_changes = -1
    contains
+      procedure :: exchange, go_on
       procedure :: create, write_frame, close => close_files, discard
       procedure, private :: write_mesh, write_cracks, write_apdl
    end type frames_t
@@ -40,30 +42,78 @@ contains
       logical, intent(in) :: fracture, dynamic
       character(len=:), allocatable, intent(out) :: error
       type(vtkhdf_field_t) :: none(0)
-      type(vtkhdf_field_t), allocatable :: cracks(:)
-      integer :: i
       if (self%vtkhdf) then
-         call point_fields(self%points)
-         call cell_fields(self%cells)
-         if (.not. fracture) then
-            self%points = pack(self%points, self%points%present_when /= with_fracture)
-            self%cells = pack(self%cells, self%cells%present_when /= with_fracture)
-         end if
-         if (.not. dynamic) self%points = pack(self%points, self%points%present_when /= with_dynamics)
+         call choose_fields(self, fracture, dynamic)
          call self%mesh_file%create(prefix//'.vtkhdf', vtk_triangle, as_vtkhdf(self%points), as_vtkhdf(self%cells), error)
          if (allocated(error)) return
-         allocate (cracks(size(crack_reals) + size(crack_integers)))
-         do i = 1, size(crack_reals)
-            cracks(i) = vtkhdf_field(trim(crack_reals(i)))
-         end do
-         do i = 1, size(crack_integers)
-            cracks(size(crack_reals) + i) = vtkhdf_field(trim(crack_integers(i)), element=integer_32)
-         end do
-         call self%crack_file%create(prefix//'_cracks.vtkhdf', vtk_line, none, cracks, error)
+         call self%crack_file%create(prefix//'_cracks.vtkhdf', vtk_line, none, crack_fields(), error)
          if (allocated(error)) return
       end if
       if (self%apdl) call self%apdl_file%create(prefix//'.mac', title, error)
    end subroutine create
+
+   !> The fields that the steps of the deck have.
+   subroutine choose_fields(self, fracture, dynamic)
+      class(frames_t), intent(inout) :: self
+      !> some step looks at the criterion; some step is dynamic
+      logical, intent(in) :: fracture, dynamic
+      call point_fields(self%points)
+      call cell_fields(self%cells)
+      if (.not. fracture) then
+         self%points = pack(self%points, self%points%present_when /= with_fracture)
+         self%cells = pack(self%cells, self%cells%present_when /= with_fracture)
+      end if
+      if (.not. dynamic) self%points = pack(self%points, self%points%present_when /= with_dynamics)
+   end subroutine choose_fields
+
+   !> Fields of the crack segments.
+   function crack_fields() result(cracks)
+      type(vtkhdf_field_t), allocatable :: cracks(:)
+      integer :: i
+      allocate (cracks(size(crack_reals) + size(crack_integers)))
+      do i = 1, size(crack_reals)
+         cracks(i) = vtkhdf_field(trim(crack_reals(i)))
+      end do
+      do i = 1, size(crack_integers)
+         cracks(size(crack_reals) + i) = vtkhdf_field(trim(crack_integers(i)), element=integer_32)
+      end do
+   end function crack_fields
+
+   !> To or from a checkpoint. (Derived: vtkhdf, apdl, points, cells follow from the deck.)
+   subroutine exchange(self, archive)
+      class(frames_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%exchange('mesh_changes', self%mesh_changes)
+      call archive%enter('mesh_file')
+      call self%mesh_file%exchange(archive)
+      call archive%leave()
+      call archive%enter('crack_file')
+      call self%crack_file%exchange(archive)
+      call archive%leave()
+      call archive%enter('apdl_file')
+      call self%apdl_file%exchange(archive)
+      call archive%leave()
+   end subroutine exchange
+
+   !> Go on with the files of a checkpoint.
+   subroutine go_on(self, prefix, fracture, dynamic, look_only, error)
+      class(frames_t), intent(inout) :: self
+      !> as of `create`
+      character(len=*), intent(in) :: prefix
+      logical, intent(in) :: fracture, dynamic
+      !> only say whether it can be done
+      logical, intent(in) :: look_only
+      character(len=:), allocatable, intent(out) :: error
+      type(vtkhdf_field_t) :: none(0)
+      if (self%vtkhdf) then
+         call choose_fields(self, fracture, dynamic)
+         call self%mesh_file%go_on(prefix//'.vtkhdf', vtk_triangle, as_vtkhdf(self%points), as_vtkhdf(self%cells), look_only, error)
+         if (allocated(error)) return
+         call self%crack_file%go_on(prefix//'_cracks.vtkhdf', vtk_line, none, crack_fields(), look_only, error)
+         if (allocated(error)) return
+      end if
+      if (self%apdl) call self%apdl_file%go_on(prefix//'.mac', look_only, error)
+   end subroutine go_on
 
    function as_vtkhdf(fields) result(list)
       type(field_t), intent(in) :: fields(:)
@@ -268,11 +318,13 @@ contains
       if (.not. allocated(error) .and. allocated(later)) error = later
    end subroutine close_files
 
-   subroutine discard(self)
+   subroutine discard(self, keep)
       class(frames_t), intent(inout) :: self
-      if (self%vtkhdf) call self%mesh_file%discard()
-      if (self%vtkhdf) call self%crack_file%discard()
-      if (self%apdl) call self%apdl_file%discard()
+      !> leave the files as they are instead of deleting them (default: no)
+      logical, intent(in), optional :: keep
+      if (self%vtkhdf) call self%mesh_file%discard(keep)
+      if (self%vtkhdf) call self%crack_file%discard(keep)
+      if (self%apdl) call self%apdl_file%discard(keep)
    end subroutine discard
 
 end module rf_frames

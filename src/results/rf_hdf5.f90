@@ -3,7 +3,7 @@
 !> No other module of rfem uses the library. Nothing here stops: every procedure that can fail hands back `error`, the file and
 !> the reason the system gave; unallocated means that all is well. HDF5's own printing is switched off.
 module rf_hdf5
-   use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_f_pointer, c_loc, c_ptr, c_null_char, c_char
+   use, intrinsic :: iso_c_binding, only: c_bool, c_int, c_int64_t, c_f_pointer, c_loc, c_ptr, c_null_char, c_char
    use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5fcreate_f, h5fopen_f, h5fclose_f, h5fflush_f, &
       h5fget_obj_count_f, h5gcreate_f, h5gclose_f, h5pcreate_f, h5pclose_f, h5pset_libver_bounds_f, h5pset_fclose_degree_f, &
       h5eset_auto_f, h5screate_f, h5screate_simple_f, h5sclose_f, h5acreate_by_name_f, h5aexists_by_name_f, &
@@ -15,7 +15,7 @@ module rf_hdf5
       h5f_acc_rdwr_f, h5f_acc_rdonly_f, h5f_scope_global_f, h5f_libver_v110_f, h5f_close_strong_f, h5f_obj_all_f, &
       h5f_obj_datatype_f
    use rf_kinds, only: wp, i8
-   use rf_system, only: is_folder, refuse_large_files, remove_file
+   use rf_system, only: is_folder, path_exists, refuse_large_files, remove_file, sync_file
    use rf_text, only: file_folder
    use rf_hdf5_reason, only: hdf5_reason
    implicit none
@@ -38,9 +38,11 @@ module rf_hdf5
    contains
       procedure :: create
       procedure :: open => open_file
+      procedure :: reopen
       procedure :: start_swmr
       procedure :: end_swmr
       procedure :: flush => flush_file
+      procedure :: sync
       procedure :: close => close_file
       procedure :: discard
       procedure :: is_open
@@ -58,6 +60,16 @@ module rf_hdf5
          import :: c_int, c_int64_t
          integer(c_int64_t), value :: file
       end function c_start_swmr
+      integer(c_int) function c_set_property(list, name, value) bind(c, name='H5Pset')
+         import :: c_int, c_int64_t, c_char, c_bool
+         integer(c_int64_t), value :: list
+         character(kind=c_char), intent(in) :: name(*)
+         logical(c_bool), intent(in) :: value
+      end function c_set_property
+      integer(c_int) function c_increment_size(file, bytes) bind(c, name='H5Fincrement_filesize')
+         import :: c_int, c_int64_t
+         integer(c_int64_t), value :: file, bytes
+      end function c_increment_size
       integer(c_int) function c_handle(file, access, handle) bind(c, name='H5Fget_vfd_handle')
          import :: c_int, c_int64_t, c_ptr
          integer(c_int64_t), value :: file, access
@@ -160,6 +172,31 @@ contains
       call h5pclose_f(access, status)
    end subroutine open_file
 
+   !> Open a file of an earlier process to go on with it. Where that was killed, the marks of a file being written are taken off
+   !> and what it wrote last is counted in, as `h5clear -s --increment=0` does; but a file that was cut short is refused.
+   subroutine reopen(this, path, error)
+      class(hdf5_file_t), intent(out) :: this
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable, intent(out) :: error
+      integer(hid_t) :: access, id
+      integer :: status, ignored
+      if (.not. path_exists(path)) then
+         error = path//': is missing; the run cannot go on without it'
+         return
+      end if
+      call this%open(path, .true., error)
+      if (.not. allocated(error)) return
+      call access_list(access)
+      ignored = c_set_property(int(access, c_int64_t), 'clear_status_flags'//c_null_char, .true._c_bool)
+      call h5fopen_f(path, h5f_acc_rdwr_f, id, status, access_prp=access)
+      if (status >= 0) then
+         status = c_increment_size(int(id, c_int64_t), 0_c_int64_t)
+         call h5fclose_f(id, ignored)
+      end if
+      call h5pclose_f(access, ignored)
+      if (status >= 0) call this%open(path, .true., error)
+   end subroutine reopen
+
    !> The way files are opened: 1.10 format; closing closes all that is in the file, so that a failed run leaves no ids behind.
    subroutine access_list(access)
       !> property list, to be closed by the caller
@@ -206,6 +243,15 @@ contains
       call hdf5_failure(status, this%path, 'write to this file', error)
    end subroutine flush_file
 
+   !> Wait until all that was written lies on the disk.
+   subroutine sync(this, error)
+      class(hdf5_file_t), intent(in) :: this
+      character(len=:), allocatable, intent(out) :: error
+      call this%flush(error)
+      if (allocated(error)) return
+      if (.not. sync_file(this%path)) error = this%path//': cannot be written to the disk'
+   end subroutine sync
+
    !> Close; what was opened in the file is closed with it. Nothing to do for a closed file. After a failure the file is
    !> given up: HDF5 1.10 crashes when it is asked to close a second time what it could not close.
    subroutine close_file(this, error)
@@ -221,12 +267,15 @@ contains
 
    !> Close and delete what `create` made; errors do not matter any more. HDF5 does not close what it cannot write (full disk, limit
    !> of file sizes), and crashes when asked twice, so first all that it still wants to write is sent to memory.
-   subroutine discard(this)
+   subroutine discard(this, keep)
       class(hdf5_file_t), intent(inout) :: this
+      !> leave the file as it is instead of deleting it (default: no)
+      logical, intent(in), optional :: keep
       character(len=:), allocatable :: ignored
       logical :: gone
       if (this%is_open()) call redirect_to_memory(this%id)
       call this%close(ignored)
+      if (present(keep)) this%made_here = this%made_here .and. .not. keep
       if (this%made_here) gone = remove_file(this%path)
       this%made_here = .false.
    end subroutine discard

@@ -13,6 +13,7 @@ module rf_hdf5_series
       h5t_std_i64le, h5t_std_i32le, h5t_std_u8le, h5t_str_nullpad_f, h5p_dataset_create_f, h5s_select_set_f, h5s_unlimited_f
    use rf_kinds, only: wp, i1, i8
    use rf_hdf5, only: hdf5_file_t, hdf5_failure, closed_id
+   use rf_text, only: to_text
    implicit none
    private
 
@@ -40,6 +41,7 @@ module rf_hdf5_series
    contains
       procedure :: create
       procedure :: open => open_series
+      procedure :: cut
       procedure :: close => close_series
       procedure, private :: append_reals, append_real_rows, append_integers, append_integer_rows, append_longs, &
          append_bytes, append_texts
@@ -111,6 +113,33 @@ contains
       call h5sclose_f(space, status)
       this%rows = extent(merge(1, 2, this%components == 0))
    end subroutine open_series
+
+   !> Go on with a dataset of an earlier process: rows after the first so many are cut off.
+   subroutine cut(this, file, rows, look_only, error)
+      class(hdf5_series_t), intent(inout) :: this
+      type(hdf5_file_t), intent(in) :: file
+      !> rows that the checkpoint knows
+      integer(i8), intent(in) :: rows
+      !> only say whether it can be done
+      logical, intent(in) :: look_only
+      character(len=:), allocatable, intent(out) :: error
+      integer(hsize_t) :: extent(2)
+      integer :: status, rank
+      call this%open(file, error)
+      if (allocated(error)) return
+      if (this%rows < rows) then
+         error = file%path//': the dataset '//this%name//' has '//to_text(this%rows)//' rows, the checkpoint knows '// &
+                 to_text(rows)//'; the run cannot go on with it'
+      else if (this%rows > rows .and. .not. look_only) then
+         rank = merge(1, 2, this%components == 0)
+         extent(1) = this%components
+         extent(rank) = rows
+         call h5dset_extent_f(this%id, extent(:rank), status)
+         call hdf5_failure(status, file%path, 'shorten the dataset '//this%name, error)
+      end if
+      this%rows = rows
+      call this%close()
+   end subroutine cut
 
    subroutine close_series(this)
       class(hdf5_series_t), intent(inout) :: this

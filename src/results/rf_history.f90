@@ -1,6 +1,7 @@
 !> The tables of a run: a row for each equilibrium that is part of the answer, and one for each event (docs/results.md).
 module rf_history
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_grow, only: grown_capacity
    use rf_model, only: model_t
    use rf_ray, only: split_t, split_type_name
@@ -29,6 +30,8 @@ module rf_history
       real(wp) :: energy_error = 0
       !> displacement and reaction of the first monitor
       real(wp) :: u(2) = 0, force(2) = 0
+   contains
+      procedure :: exchange => exchange_figures
    end type figures_t
 
    !> What an event's row says of the state before it.
@@ -53,7 +56,7 @@ module rf_history
       type(pending_event_t), allocatable, private :: pending(:)
       integer, private :: n_pending = 0
    contains
-      procedure :: create, start, row, before_event, write_events, add_iterations, close => close_tables, discard
+      procedure :: create, exchange, go_on, start, row, before_event, write_events, add_iterations, close => close_tables, discard
    end type history_t
 
    !> columns of the history, each with its kind
@@ -83,6 +86,76 @@ contains
       call self%events%create(prefix//'_events.csv', file, '/rfem/events', columns, error)
       allocate (self%before(2, size(self%monitors)))
    end subroutine create
+
+   !> To or from a checkpoint. (Derived: monitors, lines follow from the deck.)
+   subroutine exchange(self, archive)
+      class(history_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call self%figures%exchange(archive)
+      call archive%enter('history')
+      call self%history%exchange(archive)
+      call archive%leave()
+      call archive%enter('events')
+      call self%events%exchange(archive)
+      call archive%leave()
+      call archive%exchange('row_iterations', self%iterations)
+      call archive%exchange('before', self%before)
+      call archive%exchange('n_pending', self%n_pending)
+      call exchange_pending(self, archive)
+   end subroutine exchange
+
+   subroutine exchange_figures(self, archive)
+      class(figures_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%exchange('cracks', self%cracks)
+      call archive%exchange_fixed('contacts', self%contacts)
+      call archive%exchange('iterations', self%iterations)
+      call archive%exchange('crack_length', self%crack_length)
+      call archive%exchange('section_error', self%section_error)
+      call archive%exchange('energy_error', self%energy_error)
+      call archive%exchange_fixed('u', self%u)
+      call archive%exchange_fixed('force', self%force)
+   end subroutine exchange_figures
+
+   !> Events whose rows wait.
+   subroutine exchange_pending(self, archive)
+      class(history_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      integer :: i
+      if (archive%reading .and. self%n_pending > 0) then
+         if (allocated(self%pending)) deallocate (self%pending)
+         allocate (self%pending(self%n_pending))
+      end if
+      do i = 1, self%n_pending
+         call archive%enter('pending', i)
+         call self%pending(i)%split%exchange(archive)
+         call archive%exchange_fixed('x', self%pending(i)%x)
+         call archive%exchange('node_id', self%pending(i)%node_id)
+         call archive%exchange('element_id', self%pending(i)%element_id)
+         call archive%exchange('n_nodes', self%pending(i)%n_nodes)
+         call archive%exchange('n_elements', self%pending(i)%n_elements)
+         call archive%leave()
+         if (allocated(archive%error)) return
+      end do
+   end subroutine exchange_pending
+
+   !> Go on with the files of a checkpoint; `start` follows.
+   subroutine go_on(self, prefix, file, look_only, error)
+      class(history_t), intent(inout) :: self
+      !> folder and job name
+      character(len=*), intent(in) :: prefix
+      !> JOB.h5, open, not in SWMR mode
+      type(hdf5_file_t), intent(in) :: file
+      !> only say whether it can be done
+      logical, intent(in) :: look_only
+      character(len=:), allocatable, intent(out) :: error
+      type(column_t), allocatable :: columns(:)
+      call list_history_columns(self, columns)
+      call self%history%go_on(prefix//'_history.csv', file, '/rfem/history', columns, look_only, error)
+      if (allocated(error)) return
+      call list_event_columns(self, columns)
+      call self%events%go_on(prefix//'_events.csv', file, '/rfem/events', columns, look_only, error)
+   end subroutine go_on
 
    subroutine list_history_columns(self, columns)
       type(history_t), intent(in) :: self
@@ -362,10 +435,12 @@ contains
       if (.not. allocated(error) .and. allocated(second)) call move_alloc(second, error)
    end subroutine close_tables
 
-   subroutine discard(self)
+   subroutine discard(self, keep)
       class(history_t), intent(inout) :: self
-      call self%history%discard()
-      call self%events%discard()
+      !> leave the files as they are instead of deleting them (default: no)
+      logical, intent(in), optional :: keep
+      call self%history%discard(keep)
+      call self%events%discard(keep)
    end subroutine discard
 
 end module rf_history

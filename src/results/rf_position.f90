@@ -1,6 +1,7 @@
 !> Where in a run a state stands: what every history row, event and frame says of itself.
 module rf_position
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    implicit none
    private
    public :: position_t
@@ -25,6 +26,26 @@ module rf_position
       real(wp) :: last_factor = 0
       !> what is due of this state of a dynamic step
       logical :: row_due = .false., frame_due = .false.
+   contains
+      procedure :: exchange
    end type position_t
+
+contains
+
+   !> To or from a checkpoint.
+   subroutine exchange(self, archive)
+      class(position_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%exchange('step', self%step)
+      call archive%exchange('increment', self%increment)
+      call archive%exchange('time', self%time)
+      call archive%exchange('load_factor', self%load_factor)
+      call archive%exchange('last', self%last)
+      call archive%exchange('located', self%located)
+      call archive%exchange('in_time', self%in_time)
+      call archive%exchange('last_factor', self%last_factor)
+      call archive%exchange('row_due', self%row_due)
+      call archive%exchange('frame_due', self%frame_due)
+   end subroutine exchange
 
 end module rf_position

@@ -1,6 +1,7 @@
 !> JOB.dat: tables of *NODE PRINT and *EL PRINT in CalculiX's layout.
 module rf_print_tables
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_grow, only: grow
    use rf_sort, only: sorted_order
    use rf_kinds, only: i8
@@ -21,7 +22,7 @@ module rf_print_tables
       !> step and increment of the last table of each request, (2, requests)
       integer, allocatable, private :: written(:, :)
    contains
-      procedure :: create, due_in_time, write_tables, close => close_file, discard
+      procedure :: create, exchange, go_on, due_in_time, write_tables, close => close_file, discard
       procedure, private :: write_nodes, write_elements, already
    end type print_tables_t
 
@@ -38,6 +39,29 @@ contains
       self%open = .not. allocated(error)
       allocate (self%written(2, size(self%nodes) + size(self%elements)), source=0)
    end subroutine create
+
+   !> To or from a checkpoint. (Derived: nodes and elements follow from the deck, open from whether there are any.)
+   subroutine exchange(self, archive)
+      class(print_tables_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%enter('file')
+      call self%file%exchange(archive)
+      call archive%leave()
+      call archive%exchange('written', self%written)
+   end subroutine exchange
+
+   !> Go on with the file of a checkpoint.
+   subroutine go_on(self, prefix, look_only, error)
+      class(print_tables_t), intent(inout) :: self
+      !> folder and job name
+      character(len=*), intent(in) :: prefix
+      !> only say whether it can be done
+      logical, intent(in) :: look_only
+      character(len=:), allocatable, intent(out) :: error
+      if (size(self%nodes) + size(self%elements) == 0) return
+      call self%file%go_on(prefix//'.dat', look_only, error)
+      self%open = .not. (allocated(error) .or. look_only)
+   end subroutine go_on
 
    !> Whether a table of its own frequency is due at a state of a dynamic step.
    pure logical function due_in_time(self, position)
@@ -190,9 +214,11 @@ contains
       self%open = .false.
    end subroutine close_file
 
-   subroutine discard(self)
+   subroutine discard(self, keep)
       class(print_tables_t), intent(inout) :: self
-      if (self%open) call self%file%discard()
+      !> leave the files as they are instead of deleting them (default: no)
+      logical, intent(in), optional :: keep
+      if (self%open) call self%file%discard(keep)
       self%open = .false.
    end subroutine discard
 

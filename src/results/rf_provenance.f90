@@ -91,8 +91,8 @@ contains
       if (.not. allocated(error)) call file%set_attribute('/rfem', 'digest_topology', digests(2), error)
    end subroutine write_end
 
-   !> What a run that goes on has to know of its beginning. (Derived: compiler and flags, the settings, which follow from
-   !> program and deck.)
+   !> What a run that goes on has to know of its beginning. (Derived: compiler, flags, setting_names, setting_values,
+   !> setting_origins follow from program and deck.)
    subroutine exchange(self, archive)
       class(provenance_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

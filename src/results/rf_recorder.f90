@@ -1,6 +1,7 @@
 !> Writes what a run has to say of its states: decides what is due, keeps all result files, and leaves none half-written.
 module rf_recorder
    use rf_kinds, only: wp
+   use rf_archive, only: archive_t
    use rf_model, only: model_t
    use rf_ray, only: split_t
    use rf_position, only: position_t, frame_start, frame_before_event, frame_after_event, frame_settled, frame_not_converged
@@ -36,10 +37,13 @@ module rf_recorder
       logical, private :: row_owed = .false., frame_owed = .false.
       !> events up to the last state after some
       integer, private :: events = 0
+      !> some step looks at the criterion; some step is dynamic: which fields the frames have
+      logical, private :: fracture = .false., dynamic = .false.
    contains
+      procedure :: take_requests, exchange, go_on
       procedure :: create, state, state_not_converged, complete, before_event, write_events, count_iterations
       procedure :: monitor_reaction, finish, discard, look_at_time
-      procedure, private :: take_requests, write_row, write_frame
+      procedure, private :: name_files, reopen, write_row, write_frame
    end type recorder_t
 
 contains
@@ -54,10 +58,9 @@ contains
       logical, intent(in) :: fracture, dynamic
       character(len=:), allocatable, intent(out) :: error
       call self%take_requests(requests)
-      self%files = prefix//'.h5 '//prefix//'_history.csv '//prefix//'_events.csv'
-      if (self%frames%vtkhdf) self%files = self%files//' '//prefix//'.vtkhdf '//prefix//'_cracks.vtkhdf'
-      if (self%frames%apdl) self%files = self%files//' '//prefix//'.mac'
-      if (size(requests%node_print) + size(requests%element_print) > 0) self%files = self%files//' '//prefix//'.dat'
+      self%fracture = fracture
+      self%dynamic = dynamic
+      call self%name_files(prefix)
       call remove_old(prefix)
       call self%file%create(prefix//'.h5', error)
       if (.not. allocated(error)) call self%file%add_group('/rfem', error)
@@ -70,11 +73,84 @@ contains
       if (allocated(error)) call self%discard()
    end subroutine create
 
+   !> The files of this run, for the closing summary.
+   subroutine name_files(self, prefix)
+      class(recorder_t), intent(inout) :: self
+      !> folder and job name
+      character(len=*), intent(in) :: prefix
+      self%files = prefix//'.h5 '//prefix//'_history.csv '//prefix//'_events.csv'
+      if (self%frames%vtkhdf) self%files = self%files//' '//prefix//'.vtkhdf '//prefix//'_cracks.vtkhdf'
+      if (self%frames%apdl) self%files = self%files//' '//prefix//'.mac'
+      if (size(self%tables%nodes) + size(self%tables%elements) > 0) self%files = self%files//' '//prefix//'.dat'
+   end subroutine name_files
+
+   !> To or from a checkpoint: what the result files hold. (Derived: provenance is the checkpoint's origin; files, output follow
+   !> from the deck; watch is of one process.)
+   subroutine exchange(self, archive)
+      class(recorder_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      character(len=:), allocatable :: error
+      if (.not. archive%reading .and. self%file%is_open()) then
+         call self%file%sync(error)
+         if (allocated(error)) call archive%fail(error)
+      end if
+      call archive%enter('history')
+      call self%history%exchange(archive)
+      call archive%leave()
+      call archive%enter('frames')
+      call self%frames%exchange(archive)
+      call archive%leave()
+      call archive%enter('tables')
+      call self%tables%exchange(archive)
+      call archive%leave()
+      call archive%exchange('row_owed', self%row_owed)
+      call archive%exchange('frame_owed', self%frame_owed)
+      call archive%exchange('events', self%events)
+      call archive%exchange('fracture', self%fracture)
+      call archive%exchange('dynamic', self%dynamic)
+   end subroutine exchange
+
+   !> Go on with the files of a checkpoint, after take_requests and exchange. First all of them are looked at, so that none is
+   !> changed where one is missing or too short; then what was written after the checkpoint is cut off.
+   subroutine go_on(self, prefix, error)
+      class(recorder_t), intent(inout) :: self
+      !> folder and job name
+      character(len=*), intent(in) :: prefix
+      character(len=:), allocatable, intent(out) :: error
+      character(len=:), allocatable :: ignored
+      call self%name_files(prefix)
+      call self%reopen(prefix, .true., error)
+      if (.not. allocated(error)) call self%reopen(prefix, .false., error)
+      if (allocated(error)) call self%file%close(ignored)
+      if (allocated(error)) return
+      call self%file%set_attribute('/rfem', 'restarts', self%provenance%restarts, error)
+      if (.not. allocated(error)) call self%file%start_swmr(error)
+      if (.not. allocated(error)) call self%history%start(self%file, error)
+   end subroutine go_on
+
+   !> Open all files of a checkpoint.
+   subroutine reopen(self, prefix, look_only, error)
+      class(recorder_t), intent(inout) :: self
+      character(len=*), intent(in) :: prefix
+      !> only say whether it can be done
+      logical, intent(in) :: look_only
+      character(len=:), allocatable, intent(out) :: error
+      character(len=:), allocatable :: problem
+      call self%file%reopen(prefix//'.h5', error)
+      if (.not. allocated(error)) call self%history%go_on(prefix, self%file, look_only, error)
+      if (look_only .and. self%file%is_open()) then
+         call self%file%close(problem)
+         if (.not. allocated(error) .and. allocated(problem)) error = problem
+      end if
+      if (.not. allocated(error)) call self%frames%go_on(prefix, self%fracture, self%dynamic, look_only, error)
+      if (.not. allocated(error)) call self%tables%go_on(prefix, look_only, error)
+   end subroutine reopen
+
    !> Delete an earlier result set of this name: what the new run does not write must not stay beside what it writes.
    subroutine remove_old(prefix)
       character(len=*), intent(in) :: prefix
-      character(len=14), parameter :: endings(7) = [character(len=14) :: '.h5', '_history.csv', '_events.csv', '.vtkhdf', &
-                                                    '_cracks.vtkhdf', '.mac', '.dat']
+      character(len=14), parameter :: endings(9) = [character(len=14) :: '.h5', '_history.csv', '_events.csv', '.vtkhdf', &
+                                                    '_cracks.vtkhdf', '.mac', '.dat', '.rst.h5', '.rst.1.h5']
       integer :: i
       do i = 1, size(endings)
          if (.not. path_exists(prefix//trim(endings(i))) .or. is_folder(prefix//trim(endings(i)))) cycle
@@ -283,17 +359,19 @@ contains
       force = self%history%monitors(m)%force(model%mesh, model%reaction)
    end function monitor_reaction
 
-   !> Write what is owed of the last state, the end of the provenance, and close all files.
-   subroutine finish(self, model, position, wall_time, exit_status, error)
+   !> Write what is owed of the last state, unless the run goes on later, the end of the provenance, and close all files.
+   subroutine finish(self, model, position, wall_time, exit_status, interrupted, error)
       class(recorder_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
       type(position_t), intent(in) :: position
       !> [s]
       real(wp), intent(in) :: wall_time
       integer, intent(in) :: exit_status
+      !> the run is to go on from a checkpoint
+      logical, intent(in) :: interrupted
       character(len=:), allocatable, intent(out) :: error
       logical :: row_written
-      call self%complete(model, position, row_written, error)
+      if (.not. interrupted) call self%complete(model, position, row_written, error)
       call self%watch%start()
       if (.not. allocated(error)) call self%history%close(error)
       if (.not. allocated(error)) call self%file%end_swmr(error)
@@ -305,13 +383,15 @@ contains
       call self%watch%stop()
    end subroutine finish
 
-   !> Close and delete all files of this run.
-   subroutine discard(self)
+   !> Close and delete all files of this run, or leave them as they are.
+   subroutine discard(self, keep)
       class(recorder_t), intent(inout) :: self
-      call self%history%discard()
-      call self%file%discard()
-      call self%frames%discard()
-      call self%tables%discard()
+      !> there is a checkpoint, from which the run can go on with these files (default: no)
+      logical, intent(in), optional :: keep
+      call self%history%discard(keep)
+      call self%file%discard(keep)
+      call self%frames%discard(keep)
+      call self%tables%discard(keep)
    end subroutine discard
 
    !> Digests of the final displacements and of the topology, in the order of the output.

@@ -4,7 +4,8 @@
 !> mode has started `start`; then per row `put` for each column in turn and `end_row`; at last `close`. The HDF5 file is the
 !> caller's.
 module rf_table
-   use rf_kinds, only: wp
+   use rf_kinds, only: wp, i8
+   use rf_archive, only: archive_t
    use rf_ascii, only: csv_t
    use rf_hdf5, only: hdf5_file_t
    use rf_hdf5_series, only: hdf5_series_t, real_64, integer_64, text_series
@@ -41,8 +42,12 @@ module rf_table
       !> group of the datasets, for error texts
       character(len=:), allocatable, private :: group
       character(len=:), allocatable, private :: failure
+      !> rows that a checkpoint knows
+      integer(i8), private :: kept = 0
    contains
       procedure :: create
+      procedure :: exchange
+      procedure :: go_on
       procedure :: start
       procedure, private :: put_integer, put_real, put_text
       !> give the next column its value; an integer may go into a column of reals
@@ -77,20 +82,65 @@ contains
       type(column_t), intent(in) :: columns(:)
       character(len=:), allocatable, intent(out) :: error
       integer :: i
-      this%group = group
       call this%csv%create(csv_path, names(columns), error)
       if (.not. allocated(error)) call file%add_group(group, error)
       if (allocated(error)) return
+      call describe(this, group, columns)
+      do i = 1, size(columns)
+         call this%series(i)%create(file, chunk_rows, .false., error)
+         if (allocated(error)) return
+      end do
+   end subroutine create
+
+   !> Names and kinds of the datasets.
+   subroutine describe(this, group, columns)
+      type(table_t), intent(inout) :: this
+      character(len=*), intent(in) :: group
+      type(column_t), intent(in) :: columns(:)
+      integer :: i
+      this%group = group
+      if (allocated(this%series)) deallocate (this%series, this%row)
       allocate (this%series(size(columns)), this%row(size(columns)))
       do i = 1, size(columns)
          this%series(i)%name = group//'/'//columns(i)%name
          this%series(i)%element = columns(i)%kind
          this%series(i)%text_length = text_length
          this%series(i)%held = .true.
-         call this%series(i)%create(file, chunk_rows, .false., error)
-         if (allocated(error)) return
       end do
-   end subroutine create
+   end subroutine describe
+
+   !> To or from a checkpoint: how many rows there are. (Derived: series and group follow from the columns, row, filled are empty
+   !> between two rows; failure ends a run.)
+   subroutine exchange(this, archive)
+      class(table_t), intent(inout) :: this
+      class(archive_t), intent(inout) :: archive
+      if (allocated(this%series) .and. .not. archive%reading) this%kept = this%series(1)%rows
+      call archive%exchange('rows', this%kept)
+      call archive%enter('csv')
+      call this%csv%exchange(archive)
+      call archive%leave()
+   end subroutine exchange
+
+   !> Go on with the files of a checkpoint; `start` follows.
+   subroutine go_on(this, csv_path, file, group, columns, look_only, error)
+      class(table_t), intent(inout) :: this
+      !> as of `create`
+      character(len=*), intent(in) :: csv_path
+      !> open, not in SWMR mode
+      type(hdf5_file_t), intent(in) :: file
+      !> as of `create`
+      character(len=*), intent(in) :: group
+      type(column_t), intent(in) :: columns(:)
+      !> only say whether it can be done
+      logical, intent(in) :: look_only
+      character(len=:), allocatable, intent(out) :: error
+      integer :: i
+      call describe(this, group, columns)
+      call this%csv%go_on(csv_path, look_only, error)
+      do i = 1, size(columns)
+         if (.not. allocated(error)) call this%series(i)%cut(file, this%kept, look_only, error)
+      end do
+   end subroutine go_on
 
    !> The names as an array of equal length.
    pure function names(columns) result(list)
@@ -214,14 +264,16 @@ contains
    end subroutine close_table
 
    !> Close, and delete the CSV file.
-   subroutine discard(this)
+   subroutine discard(this, keep)
       class(table_t), intent(inout) :: this
+      !> leave the files as they are instead of deleting them (default: no)
+      logical, intent(in), optional :: keep
       integer :: i
       if (allocated(this%series)) then
          do i = 1, size(this%series)
             call this%series(i)%close()
          end do
       end if
-      call this%csv%discard()
+      call this%csv%discard(keep)
    end subroutine discard
 end module rf_table

@@ -11,6 +11,7 @@
 module rf_vtkhdf
    use, intrinsic :: iso_fortran_env, only: real32
    use rf_kinds, only: wp, i1, i8
+   use rf_archive, only: archive_t
    use rf_hdf5, only: hdf5_file_t
    use rf_hdf5_series, only: hdf5_series_t, real_64, real_32, integer_64, integer_32, byte_8
    implicit none
@@ -79,8 +80,14 @@ module rf_vtkhdf
       integer, private :: kind = 0
       !> the first error
       character(len=:), allocatable, private :: failure
+      !> what a checkpoint knows: rows of the layout, of the fields' values and offsets; first row and geometry of the fields'
+      !> last values (points' fields, then cells')
+      integer(i8), allocatable, private :: kept_rows(:), kept_starts(:)
+      integer, allocatable, private :: kept_geometries(:)
    contains
       procedure :: create
+      procedure :: exchange
+      procedure :: go_on
       procedure :: add_geometry
       procedure :: begin_frame
       procedure, private :: point_reals, point_rows, point_integers, cell_reals, cell_rows, cell_integers
@@ -139,6 +146,108 @@ contains
       if (.not. allocated(error)) call this%file%set_attribute('/VTKHDF/Steps', 'NSteps', 0, error)
       if (allocated(error)) this%failure = error
    end subroutine create
+
+   !> To or from a checkpoint. (Derived: file, layout, point_fields, cell_fields, cell_type, nodes_per_cell follow from what is
+   !> written, and are kept as rows, starts and geometries; in_frame is false between frames; failure ends a run.)
+   subroutine exchange(this, archive)
+      class(vtkhdf_file_t), intent(inout) :: this
+      class(archive_t), intent(inout) :: archive
+      if (.not. archive%reading) call keep_rows(this, archive)
+      call archive%exchange('started', this%started)
+      call archive%exchange('geometries', this%geometries)
+      call archive%exchange('frames', this%frames)
+      call archive%exchange('n_points', this%n_points)
+      call archive%exchange('n_cells', this%n_cells)
+      call archive%exchange('first_point', this%first_point)
+      call archive%exchange('first_cell', this%first_cell)
+      call archive%exchange('first_id', this%first_id)
+      call archive%exchange('time', this%time)
+      call archive%exchange('written_time', this%written_time)
+      call archive%exchange('frames_of_time', this%frames_of_time)
+      call archive%exchange('kind', this%kind)
+      call archive%exchange('rows', this%kept_rows)
+      call archive%exchange('starts', this%kept_starts)
+      call archive%exchange('geometry_of_fields', this%kept_geometries)
+   end subroutine exchange
+
+   !> Note how long everything is, once it lies on the disk.
+   subroutine keep_rows(this, archive)
+      class(vtkhdf_file_t), intent(inout) :: this
+      class(archive_t), intent(inout) :: archive
+      character(len=:), allocatable :: error
+      if (.not. allocated(this%point_fields)) return
+      call this%file%sync(error)
+      if (allocated(error)) call archive%fail(error)
+      this%kept_rows = [this%layout%rows, this%point_fields%values%rows, this%point_fields%offsets%rows, &
+                        this%cell_fields%values%rows, this%cell_fields%offsets%rows]
+      this%kept_starts = [this%point_fields%start, this%cell_fields%start]
+      this%kept_geometries = [this%point_fields%geometry, this%cell_fields%geometry]
+   end subroutine keep_rows
+
+   !> Go on with the file of a checkpoint: what was written after it is cut off.
+   subroutine go_on(this, path, cell_type, point_fields, cell_fields, look_only, error)
+      class(vtkhdf_file_t), intent(inout) :: this
+      !> as of `create`
+      character(len=*), intent(in) :: path
+      integer, intent(in) :: cell_type
+      type(vtkhdf_field_t), intent(in) :: point_fields(:), cell_fields(:)
+      !> only say whether it can be done
+      logical, intent(in) :: look_only
+      character(len=:), allocatable, intent(out) :: error
+      character(len=:), allocatable :: problem
+      this%cell_type = cell_type
+      this%nodes_per_cell = merge(2, 3, cell_type == vtk_line)
+      call describe_fields(point_fields, 'PointData', this%point_fields)
+      call describe_fields(cell_fields, 'CellData', this%cell_fields)
+      call describe_layout(this%layout)
+      call this%file%reopen(path, error)
+      if (.not. allocated(error)) call cut_all(this, look_only, error)
+      if (look_only .or. allocated(error)) then
+         call this%file%close(problem)
+         return
+      end if
+      call this%file%set_attribute('/VTKHDF/Steps', 'NSteps', this%frames, error)
+      if (.not. allocated(error)) call this%file%start_swmr(error)
+      if (.not. allocated(error)) call open_all(this, error)
+   end subroutine go_on
+
+   !> Cut every series to the rows that are known.
+   subroutine cut_all(this, look_only, error)
+      class(vtkhdf_file_t), intent(inout) :: this
+      logical, intent(in) :: look_only
+      character(len=:), allocatable, intent(out) :: error
+      integer :: i, n, m
+      n = size(this%point_fields)
+      m = size(this%cell_fields)
+      if (.not. this%started .or. .not. allocated(this%kept_rows)) then
+         error = this%file%path//': had no frame yet; the run cannot go on with it'
+      else if (size(this%kept_rows) /= layout_size + 2*(n + m)) then
+         error = this%file%path//': has other fields than the checkpoint'
+      end if
+      do i = 1, layout_size
+         if (.not. allocated(error)) call this%layout(i)%cut(this%file, this%kept_rows(i), look_only, error)
+      end do
+      if (.not. allocated(error)) call cut_fields(this%point_fields, layout_size, 0)
+      if (.not. allocated(error)) call cut_fields(this%cell_fields, layout_size + 2*n, n)
+
+   contains
+
+      subroutine cut_fields(fields, first, before)
+         type(stored_field_t), intent(inout) :: fields(:)
+         !> places in the lists before theirs
+         integer, intent(in) :: first, before
+         integer :: k
+         do k = 1, size(fields)
+            fields(k)%start = this%kept_starts(before + k)
+            fields(k)%geometry = this%kept_geometries(before + k)
+            call fields(k)%values%cut(this%file, this%kept_rows(first + k), look_only, error)
+            if (allocated(error)) return
+            call fields(k)%offsets%cut(this%file, this%kept_rows(first + size(fields) + k), look_only, error)
+            if (allocated(error)) return
+         end do
+      end subroutine cut_fields
+
+   end subroutine cut_all
 
    subroutine describe_fields(fields, group, stored)
       type(vtkhdf_field_t), intent(in) :: fields(:)
@@ -550,10 +659,12 @@ contains
    end subroutine close_series
 
    !> Close and delete the file, if this run made it.
-   subroutine discard(this)
+   subroutine discard(this, keep)
       class(vtkhdf_file_t), intent(inout) :: this
+      !> leave the files as they are instead of deleting them (default: no)
+      logical, intent(in), optional :: keep
       if (allocated(this%point_fields)) call close_series(this)
-      call this%file%discard()
+      call this%file%discard(keep)
    end subroutine discard
 
    !> Frames that are finished.

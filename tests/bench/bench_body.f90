@@ -56,7 +56,7 @@ contains
          section%material = 1
          section%friction = 0.5_wp
       end associate
-      call model%material%prepare(model%mesh%n_elements)
+
       allocate (model%failure%criterion(1))
       model%failure%strength = [strength_t(4.5_wp, 10.0_wp, tan(30*degree), .true.)]
       call make_criterion('GRIFFITH', model%failure%criterion(1))
@@ -65,7 +65,7 @@ contains
       if (cracked) then
          call cut_cracks(model, side(elements))
          call model%material%adopt(model%changes)
-         call model%failure%adopt(model%mesh, model%material, model%changes)
+         call model%failure%adopt(model%mesh, model%changes)
       end if
       call model%prepare()
       definition(1) = load_definition_t(kind=load_support, set=set_left, first_dof=1, last_dof=2)

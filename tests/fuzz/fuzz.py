@@ -8,6 +8,9 @@ half of them with --check. What must hold: a documented exit status and no signa
 sanitizer; with exit status 2 a message `rfem: error:` and no file, and the same opinion with --check; results with 0
 and 1; an end within 10 s of processor time. What fails is made small, and is kept in DIR (build/fuzz)
 with the command that shows it.
+
+A start of the sanitizer build costs more than most of the runs. Where there is a C compiler the program is loaded once
+and forked for every run (fork_server.c); what fails is then tried again by itself.
 """
 
 import argparse
@@ -17,6 +20,7 @@ import random
 import re
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -37,10 +41,18 @@ CRASH = re.compile(
 STATUS = (0, 1, 2, 3, 4)  # docs/deck.md, Exit status
 SECONDS = 10
 WALL_SECONDS = 120  # the machine may be busy
+MEGABYTES = 4000
 LARGE = 50_000  # elements from which on a run may rightly take long
+LARGE_MEGABYTES = 1000  # the same told by the memory in use, where the program was ended before it said how many
 MODES = ("--check", "--check", "--check", "--explain", "", "", "", "-")
 # a run is to be short: few steps of relaxation; what a seed says itself stays
 SHORT = b"*RELAXATION, MAX ITERATIONS=30, CONTINUE=YES\n"
+MOST_ITERATIONS = 200  # of a seed that says how many
+# small files that live for a moment
+SCRATCH = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+SANITIZERS = f"detect_leaks=0:allocator_may_return_null=1:hard_rss_limit_mb={MEGABYTES}"
+# the server watches the memory itself; it need not know where each byte was allocated
+SERVER_SANITIZERS = "detect_leaks=0:allocator_may_return_null=1:verify_asan_link_order=0:malloc_context_size=0"
 
 
 @dataclass
@@ -79,6 +91,14 @@ def small_deck(text):
     edge = b"8" if b"three_point" in text else b"5"
     text = re.sub(rb"^(H *= *)(\d+)\s*$", lambda m: m[1] + edge, text, flags=re.M)
     text = re.sub(rb"^(N[XY]? *= *)(\d+)\s*$", lambda m: m[1] + b"%d" % min(int(m[2]), 8), text, flags=re.M)
+    text = re.sub(
+        rb"^(\*RELAXATION[^\n]*MAX ITERATIONS *= *)(\d+)",
+        lambda m: m[1] + b"%d" % min(int(m[2]), MOST_ITERATIONS),
+        text,
+        flags=re.M | re.I,
+    )
+    limited = b"*RELAXATION, MAX ITERATIONS=%d" % MOST_ITERATIONS
+    text = re.sub(rb"^\*RELAXATION(?![^\n]*MAX ITERATIONS)", limited, text, flags=re.M | re.I)
     text = re.sub(rb"^\*FRACTURE(?![^\n]*MAX EVENTS)", b"*FRACTURE, MAX EVENTS=5", text, flags=re.M | re.I)
     return re.sub(rb"(^\*MESH[^\n]*\n)([^*\n][^\n]*)", small_mesh, text, flags=re.M | re.I)
 
@@ -118,6 +138,46 @@ def make_case(seeds, seed, number):
 
 
 # --------------------------------------------------------------------------------------------------------------- runs
+class Server:
+    """The program, loaded once and forked for every run (fork_server.c)."""
+
+    def __init__(self, scratch):
+        library = Path(scratch) / "fork_server.so"
+        source = Path(__file__).with_name("fork_server.c")
+        subprocess.run(["cc", "-O1", "-shared", "-fPIC", "-o", library, source, "-ldl"], check=True)
+        requests, self.requests = os.pipe()
+        self.answers, answers = os.pipe()
+        for place, end in ((60, requests), (61, answers)):
+            os.dup2(end, place)
+            os.close(end)
+        settings = {"SERVER": 60, "SECONDS": SECONDS, "WALL_SECONDS": WALL_SECONDS, "MEGABYTES": MEGABYTES}
+        self.process = subprocess.Popen(
+            [PROGRAM],
+            pass_fds=(60, 61),
+            env={
+                **os.environ,
+                "OMP_NUM_THREADS": "1",
+                "ASAN_OPTIONS": SERVER_SANITIZERS,
+                "LD_PRELOAD": str(library),
+                **{f"FORK_{name}": str(value) for name, value in settings.items()},
+            },
+        )
+        os.close(60)
+        os.close(61)
+        self.answers = os.fdopen(self.answers)
+
+    def run(self, arguments, folder, stdin):
+        """Exit status (negative: the signal), standard output, standard error, largest memory [MB]."""
+        os.write(self.requests, "\t".join([str(folder), stdin, *arguments]).encode() + b"\n")
+        status, megabytes = map(int, self.answers.readline().split())
+        with open(folder.parent / "output", "rb") as output, open(folder.parent / "error", "rb") as error:
+            return os.waitstatus_to_exitcode(status), output.read(1_000_000), error.read(), megabytes
+
+    def close(self):
+        os.close(self.requests)
+        self.process.wait()
+
+
 def limits():
     """No core files; a run that does not end is ended by the system."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -137,41 +197,52 @@ def command(case):
     return [*deck, *([case.mode] if case.mode.startswith("--") else []), "--quiet", "--output", "out"]
 
 
-def run(case, folder):
-    """Run a case in an empty folder; (exit status, standard output, standard error, files left behind)."""
-    write_files(case, folder)
-    with open(folder / "decks" / "deck.inp", "rb") as deck, tempfile.TemporaryFile() as output:
-        done = subprocess.run(
-            [PROGRAM, *command(case)],
+def run_directly(arguments, folder, stdin):
+    """As Server.run, with a start of its own."""
+    with open(folder / stdin, "rb") as deck, tempfile.TemporaryFile() as output, tempfile.TemporaryFile() as error:
+        process = subprocess.Popen(
+            [PROGRAM, *arguments],
             cwd=folder,
-            stdin=deck if case.mode == "-" else subprocess.DEVNULL,
+            stdin=deck,
             stdout=output,
-            stderr=subprocess.PIPE,
-            timeout=WALL_SECONDS,
+            stderr=error,
             preexec_fn=limits,
-            check=False,
-            env={
-                **os.environ,
-                "OMP_NUM_THREADS": "1",
-                "ASAN_OPTIONS": "detect_leaks=0:allocator_may_return_null=1:hard_rss_limit_mb=4000",
-            },
+            env={**os.environ, "OMP_NUM_THREADS": "1", "ASAN_OPTIONS": SANITIZERS},
         )
+        status, megabytes = wait_for(process)
         output.seek(0)
-        log = output.read(1_000_000)
+        error.seek(0)
+        return status, output.read(1_000_000), error.read(), megabytes
+
+
+def wait_for(process):
+    """Exit status (negative: the signal) and largest memory [MB] of a process; one that does not end is ended."""
+    began = time.monotonic()
+    while True:
+        done, status, usage = os.wait4(process.pid, os.WNOHANG)
+        if done:
+            process.returncode = os.waitstatus_to_exitcode(status)
+            return process.returncode, usage.ru_maxrss // 1024
+        if time.monotonic() - began > WALL_SECONDS:
+            process.kill()
+        time.sleep(0.005)
+
+
+def run(case, folder, server=None):
+    """Run a case in an empty folder; (exit status, standard output, standard error, memory [MB], files left)."""
+    write_files(case, folder)
+    stdin = "decks/deck.inp" if case.mode == "-" else "/dev/null"
+    status, log, stderr, megabytes = (server.run if server else run_directly)(command(case), folder, stdin)
     left = [str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()]
-    left = [name for name in left if not name.startswith("decks/")]
-    return done.returncode, log, done.stderr, left
+    return status, log, stderr, megabytes, [name for name in left if not name.startswith("decks/")]
 
 
-def problem_of(case, folder):
+def problem_of(case, folder, server=None):
     """What is wrong with how the program takes a case, in words that are the same for the same fault; '' if nothing."""
-    try:
-        status, log, stderr, left = run(case, folder)
-    except subprocess.TimeoutExpired:
-        return "no end"
+    status, log, stderr, megabytes, left = run(case, folder, server)
     case.stderr, case.long = stderr[-4000:], False
     if status in (-9, -24) or b"SIGXCPU" in stderr:  # the limit of processor time
-        case.long = is_long(case, log, folder)
+        case.long = megabytes > LARGE_MEGABYTES or is_long(case, log, folder, server)
         return "" if case.long else "no end"
     crash = CRASH.search(stderr + log)
     if crash:
@@ -192,25 +263,30 @@ def problem_of(case, folder):
         return f"exit status {status} without results"
     if case.mode == "" and zlib.crc32(case.files["deck.inp"]) % 4 == 0:
         shutil.rmtree(folder / "out", ignore_errors=True)
-        checked = run(Case(case.files, "--check"), folder)[0]
+        checked = run(Case(case.files, "--check"), folder, server)[0]
         if (checked == 2) != (status == 2):
             return f"exit status {status}, but {checked} with --check"
     case.stderr = b"%d" % status
     return ""
 
 
-def is_long(case, log, folder):
+def is_long(case, log, folder, server=None):
     """Whether a run may take its time: the mesh is large, or the deck is soon read and the simulation goes on."""
     size = re.search(rb"(\d[\d,]*) (?:elements|triangles)", log)
     if size and int(size[1].replace(b",", b"")) > LARGE:
         return True
     shutil.rmtree(folder / "out", ignore_errors=True)
-    return not case.mode.startswith("--") and run(Case(case.files, "--check"), folder)[0] == 0
+    return not case.mode.startswith("--") and run(Case(case.files, "--check"), folder, server)[0] == 0
 
 
-def check(case):
-    with tempfile.TemporaryDirectory(prefix="rfem_fuzz_") as folder:
-        case.problem = problem_of(case, Path(folder))
+def check(case, server=None):
+    """What is wrong with a case; what goes wrong through the server must do so by itself."""
+    with tempfile.TemporaryDirectory(prefix="rfem_fuzz_", dir=SCRATCH) as scratch:
+        folder = Path(scratch) / "run"
+        folder.mkdir()
+        case.problem = problem_of(case, folder, server)
+    if case.problem and server and not check(case):
+        case.problem = "only through the fork server"
     return case.problem
 
 
@@ -262,28 +338,48 @@ def keep(case, number, seed, output):
     return folder
 
 
+def start_server(scratch):
+    """The server, where it can be had: it needs a C compiler and a program that is no script."""
+    with open(PROGRAM, "rb") as program:
+        if not shutil.which("cc") or program.read(4) != b"\x7fELF":
+            return None
+    return Server(scratch)
+
+
 def campaign(options):
     """All runs; the number of those that failed."""
+    with tempfile.TemporaryDirectory(prefix="rfem_fuzz_") as scratch:
+        server = None if options.direct else start_server(scratch)
+        failed = run_all(options, server)
+        if server:
+            server.close()
+        return failed
+
+
+def run_all(options, server):
     seeds = load_seeds()
     failures, statuses = [], collections.Counter()
     slowest, began = (0.0, 0), time.monotonic()
     options.output.mkdir(parents=True, exist_ok=True)
     number = options.first
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         while number < options.first + options.runs:
             if options.seconds and time.monotonic() - began > options.seconds:
                 break
             case = make_case(seeds, options.seed, number)
-            start = sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
-            if check(case):
+            start = time.monotonic()
+            if check(case, server):
                 failures.append(number)
                 print(f"run {number} ({case.seed} {case.mode}): {case.problem}", flush=True)
                 if len(failures) <= options.most:
                     print(f"   kept in {keep(case, number, options.seed, options.output)}", flush=True)
             else:
                 statuses["time out" if case.long else int(case.stderr)] += 1
-            slowest = max(slowest, (sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2]) - start, number))
+            slowest = max(slowest, (time.monotonic() - start, number))
             number += 1
+            if number % 5000 == 0:
+                print(f"{number - options.first} runs, {len(failures)} failed", flush=True)
             if sys.stderr.isatty():
                 print(f"\r{number - options.first} runs, {len(failures)} failed", end="", file=sys.stderr)
     except KeyboardInterrupt:  # what was done until then is told
@@ -302,6 +398,7 @@ def main():
     parser.add_argument("--seed", default="1", help="of all mutations (default: 1)")
     parser.add_argument("--first", type=int, default=0, help="number of the first run (default: 0)")
     parser.add_argument("--seconds", type=float, default=0, help="stop after so many seconds")
+    parser.add_argument("--direct", action="store_true", help="start the program anew for every run")
     parser.add_argument("--most", type=int, default=20, help="failures that are minimised and kept (default: 20)")
     parser.add_argument("--output", type=Path, default=SOURCE / "build" / "fuzz", help="where failures go")
     options = parser.parse_args()

@@ -23,7 +23,7 @@ def checks_only(monkeypatch):
 
 
 def test_some_mutations(checks_only, tmp_path, capsys):
-    options = SimpleNamespace(runs=RUNS, seed="smoke", first=0, seconds=240, most=3, output=tmp_path)
+    options = SimpleNamespace(runs=RUNS, seed="smoke", first=0, seconds=240, most=3, direct=False, output=tmp_path)
     failed = fuzz.campaign(options)
     assert not failed, capsys.readouterr().out
 

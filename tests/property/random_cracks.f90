@@ -31,6 +31,10 @@ program random_cracks
    integer :: bodies, first, seed, draws, below(3)
    real(wp) :: worst
 
+   if (command_argument_count() == 0) then
+      write (error_unit, '(a)') 'usage: random_cracks BODIES [SEED]'
+      stop 2
+   end if
    bodies = argument(1, 300)
    first = argument(2, 1)
    worst = pi
@@ -46,10 +50,14 @@ contains
    integer function argument(place, standard) result(value)
       integer, intent(in) :: place, standard
       character(len=20) :: word
+      integer :: status
       value = standard
       if (command_argument_count() < place) return
       call get_command_argument(place, word)
-      read (word, *) value
+      read (word, *, iostat=status) value
+      if (status == 0) return
+      write (error_unit, '(a)') 'usage: random_cracks BODIES [SEED]'
+      stop 2
    end function argument
 
    !> The next random number of a body.

@@ -53,6 +53,10 @@ program random_splits
    !> of nodal forces over a split, relative to the largest force
    real(wp) :: largest_jump
 
+   if (command_argument_count() == 0) then
+      write (error_unit, '(a)') 'usage: random_splits SPLITS [SEED]'
+      stop 2
+   end if
    wanted = argument(1, 1000)
    first_seed = argument(2, 1)
    done = 0
@@ -76,10 +80,14 @@ contains
    integer function argument(place, standard) result(value)
       integer, intent(in) :: place, standard
       character(len=20) :: word
+      integer :: status
       value = standard
       if (command_argument_count() < place) return
       call get_command_argument(place, word)
-      read (word, *) value
+      read (word, *, iostat=status) value
+      if (status == 0) return
+      write (error_unit, '(a)') 'usage: random_splits SPLITS [SEED]'
+      stop 2
    end function argument
 
    !> The next random number of a body.

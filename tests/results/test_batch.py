@@ -9,7 +9,7 @@ import time
 
 import pytest
 import rfem_collect
-from rfem_run import BEAM, PROGRAM, SOURCE, edited
+from rfem_run import BEAM, PROGRAM, SOURCE
 
 BATCH = SOURCE / "docs" / "batch"
 SWEEP = "job,H,SIGMA_T\nt30,8,3.0\nt45,8,4.5\nwrong,8,-1\nt60,8,6.0\nnever,8,7\n"
@@ -56,7 +56,9 @@ def test_what_each_job_leaves(sweep):
         assert (results / f"{job}.exit").read_text() == "0\n"
         assert f"job {job}" in (results / f"{job}.log").read_text()
         assert (results / f"{job}.vtkhdf").exists()
-    assert sorted(path.name for path in results.glob("wrong*")) == ["wrong.err", "wrong.exit", "wrong.log"]
+    assert sorted(path.name for path in results.glob("wrong*")) == [
+        "wrong.err", "wrong.exit", "wrong.log", "wrong.pieces",
+    ]  # fmt: skip
     assert "rfem: error:" in (results / "wrong.err").read_text()
 
 
@@ -83,30 +85,90 @@ def test_the_table(sweep, capsys):
     assert figure.read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_time_limit(tmp_path):
-    """SIGTERM to the script, as the scheduler sends it: results come home and are ordinary files."""
-    deck = edited(BEAM, tmp_path, ("FIELD, FREQUENCY=10", "FIELD, FREQUENCY=1"))
-    (tmp_path / "sweep.csv").write_text("job,H\nlong,4\n")
+def stub(folder, name):
+    """A command of the scheduler that writes down how it was called."""
+    path = folder / name
+    path.write_text(f'#!/bin/sh\necho "$@" >>"{folder}/{name}.calls"\n')
+    path.chmod(0o755)
+    return folder / f"{name}.calls"
+
+
+def one_piece(command, folder, variables, seconds):
+    """Run a row's script as the scheduler does: SIGTERM some time after results begin to come."""
+    script = subprocess.Popen(command, env=environment(folder, **variables), cwd=folder)
+    for _ in range(600):
+        if list(folder.glob("rfem_*/*_history.csv")) or script.poll() is not None:
+            break
+        time.sleep(0.05)
+    try:
+        return script.wait(timeout=seconds)
+    except subprocess.TimeoutExpired:
+        script.send_signal(signal.SIGTERM)
+        return script.wait(timeout=60)
+
+
+SCHEDULERS = {
+    "slurm": ("scontrol", {"SLURM_ARRAY_TASK_ID": "2", "SLURM_JOB_ID": "4711"}, "SUBMIT_DIR", "requeue 4711"),
+    "pbs": ("qsub", {"PBS_ARRAY_INDEX": "2", "NCPUS": "1"}, "O_WORKDIR", "-J 2-3:2 -V docs/batch/sweep.pbs"),
+}
+
+
+@pytest.mark.parametrize("scheduler", SCHEDULERS)
+def test_a_run_in_pieces(scheduler, tmp_path):
+    """Time is up again and again; the script asks for another piece, until the run is done, with the same bits."""
+    command, variables, where, call = SCHEDULERS[scheduler]
+    calls = stub(tmp_path, command)
+    deck = SOURCE / "input" / "verification" / "shear_box" / "shear_box.inp"
+    (tmp_path / "sweep.csv").write_text("job\nother\nlong\n")
+    results = tmp_path / "results"
+    variables = {
+        **variables,
+        f"{scheduler.upper()}_{where}": str(SOURCE),
+        "PATH": f"{tmp_path}:{os.environ['PATH']}",
+        "DECK": str(deck),
+        "SWEEP": str(tmp_path / "sweep.csv"),
+        "RESULTS": str(results),
+    }
+    for piece in range(1, 40):
+        status = one_piece([BATCH / f"sweep.{scheduler}"], tmp_path, variables, 0.4)
+        assert (results / "long.exit").read_text() == f"{status}\n"
+        assert (results / "long.pieces").read_text() == f"{piece}\n"
+        assert not list(tmp_path.glob("rfem_long_*")), "the scratch folder is gone"
+        if status == 0:
+            break
+        assert status == 4, (results / "long.err").read_text()
+        assert calls.read_text() == f"{call}\n" * piece
+        (row,) = rfem_collect.collect([results])
+        assert row["state"] == "unfinished" and row["exit_status"] == 4
+    assert piece > 1 and status == 0
+    whole = subprocess.run(
+        [PROGRAM, deck, "--job", "long", "--output", tmp_path / "whole"], check=True, capture_output=True, text=True
+    )
+    log = (results / "long.log").read_text()
+    assert log.splitlines()[-1] == whole.stdout.splitlines()[-1] and log.count("going on at") == piece - 1
+    for table in ("long_history.csv", "long_events.csv"):
+        assert (results / table).read_bytes() == (tmp_path / "whole" / table).read_bytes()
+    (row,) = rfem_collect.collect([results])
+    assert row["state"] == "done"
+    assert one_piece([BATCH / f"sweep.{scheduler}"], tmp_path, {**variables, "RFEM_AGAIN": ""}, 0.2) in (0, 4)
+    assert (results / "long.pieces").read_text() == "1\n", "a row that had ended starts anew"
+
+
+def test_a_checkpoint_on_the_way(tmp_path):
+    """SIGUSR1 to the script: the program writes a checkpoint and goes on."""
+    deck = SOURCE / "input" / "verification" / "shear_box" / "shear_box.inp"
+    (tmp_path / "sweep.csv").write_text("job\nlong\n")
     script = subprocess.Popen(
         [BATCH / "run_row.sh", deck, tmp_path / "sweep.csv", "1", tmp_path / "results"],
-        env=environment(tmp_path),
-        cwd=tmp_path,
-    )
+        env=environment(tmp_path), cwd=tmp_path,
+    )  # fmt: skip
     for _ in range(600):
-        if list(tmp_path.glob("rfem_long_*/long_cracks.vtkhdf")) or script.poll() is not None:
+        if list(tmp_path.glob("rfem_long_*/long_history.csv")) or script.poll() is not None:
             break
-        time.sleep(0.1)
-    time.sleep(0.5)
-    script.send_signal(signal.SIGTERM)
-    assert script.wait(timeout=60) not in (0, -signal.SIGTERM), "the script lives on until the results are at home"
-    results = tmp_path / "results"
-    status = int((results / "long.exit").read_text())
-    assert status in (4, 128 + signal.SIGTERM) and not list(tmp_path.glob("rfem_long_*"))
-    (row,) = rfem_collect.collect([results])
-    assert row["state"] == "unfinished" and row["exit_status"] == status
-    with rfem_collect.Results(results, "long") as found:
-        if row.get("rows", 0) > 1:
-            assert len(found.frames) > 0 and not found.unfinished, "repaired"
+        time.sleep(0.02)
+    script.send_signal(signal.SIGUSR1)
+    assert script.wait(timeout=60) == 0
+    assert (tmp_path / "results" / "long.rst.h5").exists()
 
 
 def test_rows_that_are_not_there(tmp_path):

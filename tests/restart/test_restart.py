@@ -1,0 +1,275 @@
+"""A run that is cut anywhere and gone on with gives what the uninterrupted one gives: digests, tables, fields.
+
+`rfem_cut N ..` is rfem, left when it asks for the N-th time whether it is to be left (after each iteration and stage).
+"""
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from rfem_run import PROGRAM, SOURCE, call, edited
+
+CUT = str(Path(PROGRAM).with_name("rfem_cut"))
+VERIFICATION = SOURCE / "input" / "verification"
+GOOD = SOURCE / "tests" / "deck" / "good"
+
+# deck, changes, what it is about
+CASES = {
+    "plate": (SOURCE / "input" / "tutorial" / "first_deck" / "first_deck.inp", [], "21 events in tension"),
+    "block": (VERIFICATION / "compression" / "compression.inp", [], "30 events, most in shear; contact"),
+    "softening": (GOOD / "softening.inp", [], "cohesion"),
+    "shear_box": (VERIFICATION / "shear_box" / "shear_box.inp", [], "contact"),
+    "bar": (VERIFICATION / "bar_wave" / "bar_wave.inp", [], "dynamic"),
+    "broken_bar": (GOOD / "dynamic.inp", [], "dynamic with events"),
+    "excavation": (VERIFICATION / "excavation" / "excavation.inp", [], "removal, stress in place"),
+    "removed": (GOOD / "model_change.inp", [], "removal, then loads on single nodes"),
+    "stopping": (VERIFICATION / "stopping" / "stopping.inp", [], "steps that stop"),
+    "choices": (GOOD / "fracture_choices.inp", [], "several events at once"),
+    "damping": (GOOD / "relaxation.inp", [], "KINETIC, LOCAL, VISCOUS"),
+    "cracks": (GOOD / "cracks_anywhere.inp", [], "cracks from the start"),
+    "pressure": (GOOD / "loads.inp", [], "loads that follow"),
+}
+
+
+def cut(n, *arguments, threads=1):
+    environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OMP_WAIT_POLICY": "passive"}
+    done = subprocess.run(
+        [CUT, str(n), *map(str, arguments)],
+        env=environment, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL, timeout=120,
+    )  # fmt: skip
+    done.asked = int(re.search(r"^asked (\d+)$", done.stdout, re.M)[1])
+    found = re.search(r"^digest displacements=([0-9A-F]{16}) topology=([0-9A-F]{16})$", done.stdout, re.M)
+    done.digests = found and found.groups()
+    return done
+
+
+def datasets(path):
+    """The bytes of every dataset of a file."""
+    found = {}
+
+    def keep(name, item):
+        if isinstance(item, h5py.Dataset):
+            found[name] = (item.shape, np.asarray(item[()]).tobytes() if item.dtype.kind != "O" else item[()].tolist())
+
+    with h5py.File(path, "r") as file:
+        file.visititems(keep)
+    return found
+
+
+def tables(folder):
+    """The bytes of every text that a run writes."""
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.suffix in (".csv", ".dat", ".mac")}
+
+
+def assert_same(folder, other):
+    assert tables(folder) == tables(other)
+    for name in ("j.vtkhdf", "j_cracks.vtkhdf", "j.h5"):
+        assert (folder / name).exists() == (other / name).exists()
+        if not (folder / name).exists():
+            continue
+        one, two = datasets(folder / name), datasets(other / name)
+        assert one.keys() == two.keys(), name
+        for key, value in one.items():
+            assert value == two[key], (name, key)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Each case without interruption, run when first wanted."""
+    runs = {}
+
+    def get(name):
+        if name not in runs:
+            deck, changes, _ = CASES[name]
+            folder = tmp_path_factory.mktemp(name)
+            deck = edited(deck, folder, *changes) if changes else deck
+            done = cut(0, deck, "--output", folder / "whole", "--job", "j", "--quiet")
+            runs[name] = (deck, done, folder / "whole")
+        return runs[name]
+
+    return get
+
+
+@pytest.mark.parametrize("part", [0.05, 0.5, 0.93])
+@pytest.mark.parametrize("name", CASES)
+def test_cut_once(name, part, whole, tmp_path):
+    deck, uncut, results = whole(name)
+    assert uncut.returncode == 0, uncut.stderr
+    n = max(1, int(part * uncut.asked))
+    first = cut(n, deck, "--output", tmp_path, "--job", "j", "--quiet")
+    assert first.returncode == 4 and first.asked == n, first.stderr
+    assert f"go on with: rfem --restart {tmp_path}/j.rst.h5" in first.stdout and first.digests is None
+    rest = cut(0, "--restart", tmp_path / "j.rst.h5", "--quiet", threads=2)
+    assert rest.returncode == 0, rest.stderr
+    assert rest.digests == uncut.digests
+    assert_same(tmp_path, results)
+
+
+@pytest.mark.parametrize("name", ["plate", "softening", "broken_bar", "stopping", "excavation"])
+def test_cut_often(name, whole, tmp_path):
+    """A run in many pieces, each with another number of threads."""
+    deck, uncut, results = whole(name)
+    n = uncut.asked // 7 + 1
+    done = cut(n, deck, "--output", tmp_path, "--job", "j", "--quiet")
+    pieces = 1
+    while done.returncode == 4:
+        done = cut(n, "--restart", tmp_path / "j.rst.h5", "--quiet", threads=1 + pieces % 2)
+        pieces += 1
+    assert done.returncode == 0 and pieces == 7, done.stderr
+    assert done.digests == uncut.digests
+    assert_same(tmp_path, results)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_cut_at_the_beginning(n, whole, tmp_path):
+    """After row 0, when the first step has begun, and after the first iteration of the first relaxation."""
+    deck, uncut, results = whole("plate")
+    assert cut(n, deck, "--output", tmp_path, "--job", "j", "--quiet").returncode == 4
+    rest = cut(0, "--restart", tmp_path / "j.rst.h5", "--quiet")
+    assert rest.digests == uncut.digests
+    assert_same(tmp_path, results)
+
+
+CHECKPOINTS = ("*BOUNDARY\nLEFT, 1, 1", "*RESTART, WRITE{}\n*BOUNDARY\nLEFT, 1, 1")
+SMALL = SOURCE / "tests" / "deck" / "good" / "output.inp"
+
+
+def test_checkpoints_of_the_deck(tmp_path):
+    """The last two checkpoints of a run that has ended; from the first of them it ends again, with the same bits."""
+    deck = edited(SMALL, tmp_path, (CHECKPOINTS[0], CHECKPOINTS[1].format("")))
+    (tmp_path / "whole").mkdir()
+    plain = cut(0, SMALL, "--output", tmp_path / "plain", "--job", "j", "--quiet")
+    done = cut(0, deck, "--output", tmp_path / "whole", "--job", "j", "--quiet")
+    assert done.returncode == 0 and done.digests == plain.digests
+    assert tables(tmp_path / "plain") == tables(tmp_path / "whole")
+    shutil.copytree(tmp_path / "whole", tmp_path / "moved")
+    for name in ("j.rst.h5", "j.rst.1.h5"):
+        again = cut(0, "--restart", tmp_path / "moved" / name, "--quiet")
+        assert again.returncode == 0 and again.digests == done.digests, again.stderr
+        assert_same(tmp_path / "moved", tmp_path / "whole")
+
+
+def test_killed(tmp_path):
+    """kill -9: the last checkpoint is a whole one, and what was written after it is written again."""
+    deck = edited(CASES["plate"][0], tmp_path, ("*HEADING", "*RESTART, WRITE\n*HEADING"))
+    start = time.monotonic()
+    whole = cut(0, deck, "--output", tmp_path / "whole", "--job", "j", "--quiet")
+    seconds = time.monotonic() - start
+    for part in (0.3, 0.6, 0.9):
+        folder = tmp_path / f"at{part}"
+        run = subprocess.Popen([PROGRAM, deck, "--output", folder, "--job", "j", "--quiet"], stdout=subprocess.DEVNULL)
+        time.sleep(part * seconds)
+        run.kill()
+        run.wait()
+        if not (folder / "j.rst.h5").exists():
+            continue
+        rest = cut(0, "--restart", folder / "j.rst.h5", "--quiet")
+        assert rest.returncode == 0 and rest.digests == whole.digests, rest.stderr
+        assert_same(folder, tmp_path / "whole")
+
+
+def interrupted(deck, folder, number, seconds):
+    """A run that gets a signal so long after its results have begun to come."""
+    run = subprocess.Popen(
+        [PROGRAM, deck, "--output", folder, "--job", "j", "--quiet"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, "OMP_NUM_THREADS": "1"},
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )  # fmt: skip
+    while not (folder / "j_history.csv").exists() and run.poll() is None:
+        time.sleep(0.01)
+    time.sleep(seconds)
+    run.send_signal(number)
+    out, messages = run.communicate(timeout=120)
+    return run.returncode, out, messages
+
+
+@pytest.mark.parametrize("number, seconds", [(signal.SIGTERM, 0.0), (signal.SIGTERM, 0.31), (signal.SIGINT, 0.13)])
+def test_signals(number, seconds, whole, tmp_path):
+    deck, uncut, results = whole("shear_box")
+    status, out, messages = interrupted(deck, tmp_path, number, seconds)
+    assert status == 4, messages
+    assert f"rfem: note: stopped by {number.name} at step " in messages
+    rest = call("--restart", tmp_path / "j.rst.h5", "--quiet")
+    assert rest.returncode == 0 and "\ngoing on at step " in rest.stdout
+    assert rest.stdout.splitlines()[-1] == "digest displacements={} topology={}".format(*uncut.digests)
+    assert_same(tmp_path, results)
+
+
+def test_a_checkpoint_is_asked_for(whole, tmp_path):
+    deck, uncut, results = whole("shear_box")
+    status, out, messages = interrupted(deck, tmp_path, signal.SIGUSR1, 0.2)
+    assert status == 0 and not messages
+    assert_same(tmp_path, results)
+    rest = cut(0, "--restart", tmp_path / "j.rst.h5", "--quiet", threads=2)
+    assert rest.digests == uncut.digests
+    assert_same(tmp_path, results)
+
+
+def test_the_second_interrupt_ends_it_at_once(tmp_path):
+    deck = VERIFICATION / "shear_box" / "shear_box.inp"
+    run = subprocess.Popen(
+        [PROGRAM, deck, "--output", tmp_path, "--job", "j", "--quiet"],
+        stdout=subprocess.DEVNULL, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )  # fmt: skip
+    while not (tmp_path / "j_history.csv").exists():
+        time.sleep(0.01)
+    os.kill(run.pid, signal.SIGSTOP)  # so that it has both before it looks
+    run.send_signal(signal.SIGINT)
+    os.kill(run.pid, signal.SIGCONT)
+    run.send_signal(signal.SIGINT)
+    assert run.wait(timeout=60) in (-signal.SIGINT, 4)
+
+
+def test_the_wall_clock_limit(whole, tmp_path):
+    """WALLTIME counts from the start of the program, for each piece anew."""
+    deck = VERIFICATION / "shear_box" / "shear_box.inp"
+    limited = edited(deck, tmp_path, ("*HEADING", "*RESTART, WRITE, FREQUENCY=1000, WALLTIME=0.4\n*HEADING"))
+    done = call(limited, "--output", tmp_path, "--job", "j", "--quiet")
+    pieces = 1
+    while done.returncode == 4:
+        assert "stopped by the wall-clock limit" in done.stderr
+        done = call("--restart", tmp_path / "j.rst.h5", "--quiet")
+        pieces += 1
+        assert pieces < 100
+    assert done.returncode == 0 and pieces > 1
+    assert done.stdout.splitlines()[-1] == "digest displacements={} topology={}".format(*whole("shear_box")[1].digests)
+    assert tables(tmp_path) == tables(whole("shear_box")[2])
+
+
+def test_what_cannot_be_gone_on_with(tmp_path):
+    """Damaged, cut short, no checkpoint at all, without its results: the reason, status 3, and nothing is changed."""
+    assert cut(200, SMALL, "--output", tmp_path / "good", "--job", "j", "--quiet").returncode == 4
+
+    def refused(change, *words, path="j.rst.h5"):
+        folder = tmp_path / "bad"
+        shutil.rmtree(folder, ignore_errors=True)
+        shutil.copytree(tmp_path / "good", folder)
+        change(folder)
+        before = tables(folder)
+        done = call("--restart", folder / path)
+        assert done.returncode == 3 and done.stderr.startswith("rfem: error: "), done.stderr
+        for word in words:
+            assert word in done.stderr, done.stderr
+        assert tables(folder) == before
+
+    def rewrite(change):
+        def apply(folder):
+            content = bytearray((folder / "j.rst.h5").read_bytes())
+            (folder / "j.rst.h5").write_bytes(change(content))
+
+        return apply
+
+    refused(rewrite(lambda content: content[: len(content) // 2]), "j.rst.h5")
+    refused(rewrite(lambda content: b"rubbish"), "j.rst.h5")
+    refused(lambda folder: None, "j.h5", path="j.h5")
+    refused(lambda folder: (folder / "j_history.csv").unlink(), "j_history.csv")
+    refused(rewrite(lambda content: content[:90000] + bytes([content[90000] ^ 64]) + content[90001:]), "damaged")
+    for name in ("j_history.csv", "j.vtkhdf", "j_cracks.vtkhdf", "j.h5"):
+        refused(lambda folder, name=name: os.truncate(folder / name, (folder / name).stat().st_size // 2), name)
