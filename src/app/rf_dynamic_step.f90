@@ -193,6 +193,7 @@ contains
       !> kinetic energy before [force length]
       real(wp), intent(in) :: kinetic
       character(len=:), allocatable :: error
+      call self%follow_growth()
       associate (model => self%model, energy => self%model%energy)
          call model%dynamics%follow_split(model%mesh, model%material, model%rows, model%contact, model%loads, model%motion)
          energy%released_by_event = kinetic - model%dynamics%kinetic_energy_before(model%mesh%n_nodes, model%motion)

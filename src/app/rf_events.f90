@@ -43,6 +43,7 @@ contains
       call others_of_round(self%model%failure, self%model%mesh, split%node, others)      ! before anything changes
       call self%one_split(split)
       call self%split_others(others)
+      call self%follow_growth()
       self%before%valid = .false.
       call self%last%take(self%model)
       self%last%fraction = self%position%load_factor

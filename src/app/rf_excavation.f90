@@ -1,7 +1,8 @@
-!> What a step takes out of the body when it begins (*MODEL CHANGE).
+!> New numbers of nodes and elements: after what a step takes out of the body when it begins (*MODEL CHANGE), and where
+!> splitting has appended so much that the relaxation step would suffer.
 submodule(rf_simulation) rf_excavation
    use rf_loads, only: renumber_definition
-   use rf_removal_input, only: mark_removed
+   use rf_removal_input, only: mark_removed, renumber_removal
    use rf_renumber, only: renumbering_t
    implicit none
 
@@ -21,17 +22,22 @@ contains
       end do
       if (.not. any(gone)) return
       call self%model%remove(gone, .not. self%steps(s)%dynamic, map)
-      do i = 1, size(self%loads)
-         call renumber_definition(self%loads(i), map)
-      end do
-      do i = 1, size(self%removals)
-         if (self%removals(i)%entity > 0) self%removals(i)%entity = map%element_deputy(self%removals(i)%entity)
-      end do
+      call renumber_definition(self%loads, map)
+      call renumber_removal(self%removals, map)
       call self%last%take(self%model)
       call self%log%line('step '//to_text(s)//': '//to_text(count(gone))//' elements removed, '// &
                          to_text(self%model%mesh%n_elements)//' are left')
       call note_lost_monitors(self)
    end subroutine excavate
+
+   module subroutine follow_growth(self)
+      class(simulation_t), intent(inout) :: self
+      type(renumbering_t) :: map
+      if (.not. self%model%has_grown()) return
+      call self%model%renumber(map)
+      call renumber_definition(self%loads, map)
+      call renumber_removal(self%removals, map)
+   end subroutine follow_growth
 
    !> Monitors whose nodes have all been removed.
    subroutine note_lost_monitors(self)

@@ -91,7 +91,7 @@ module rf_simulation
       ! rf_dynamic_step
       procedure, private :: begin_time_steps, one_time_step
       ! rf_excavation
-      procedure, private :: excavate
+      procedure, private :: excavate, follow_growth
       ! rf_simulation_state: exchange
       ! rf_endings
       procedure, private :: stop_as_mechanism, stop_not_finite, stop_not_converged
@@ -171,6 +171,12 @@ module rf_simulation
          class(simulation_t), intent(inout) :: self
          integer, intent(in) :: s
       end subroutine excavate
+
+      !> Number the mesh anew where it has grown enough. The states that the run may come back to are not carried: this stands
+      !> where the present state is taken next.
+      module subroutine follow_growth(self)
+         class(simulation_t), intent(inout) :: self
+      end subroutine follow_growth
 
       !> To or from a checkpoint: all that the deck does not say.
       module subroutine exchange(self, archive)

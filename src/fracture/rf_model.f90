@@ -10,7 +10,8 @@ module rf_model
    use rf_interruption, only: interruption_t
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t
-   use rf_renumber, only: renumbering_t, remove_from_mesh, carry
+   use rf_renumber, only: renumbering_t, remove_from_mesh, plan_order, renumber_mesh, carry
+   use rf_ordering, only: ordering_none
    use rf_invariants, only: baseline_t, take_baseline, check_invariants
    use rf_material, only: material_t
    use rf_rows, only: rows_t
@@ -20,6 +21,7 @@ module rf_model
    use rf_pieces, only: pieces_t
    use rf_exposure, only: stored_energy, let_fall
    use rf_relaxation, only: relaxation_t, reaction
+   use rf_step_k, only: block_size
    use rf_energy, only: energy_t
    use rf_dynamics, only: dynamics_t
    use rf_failure, only: failure_t
@@ -31,6 +33,9 @@ module rf_model
 
    !> slip, in mean edge lengths, up to which node pairs hold
    real(wp), parameter :: far_slip = 0.2_wp
+   !> growth of the mesh after which it is numbered anew: this part of its nodes, and a block of the relaxation step at least
+   real(wp), parameter :: growth_limit = 0.01_wp
+   integer, parameter :: growth_least = block_size
 
    type :: model_t
       type(mesh_t) :: mesh
@@ -61,8 +66,8 @@ module rf_model
       !> what no split may change
       type(baseline_t), private :: baseline
    contains
-      procedure :: prepare, equilibrate, accept, split, remove, watch_slip, watch_softening
-      procedure, private :: check, follow_parted
+      procedure :: prepare, equilibrate, accept, split, remove, has_grown, renumber, watch_slip, watch_softening
+      procedure, private :: check, follow_parted, carry_all
       procedure :: exchange
    end type model_t
 
@@ -189,6 +194,22 @@ contains
       self%mesh_changes = self%mesh_changes + 1
       stored = stored_energy(self%mesh, self%material, self%motion, gone)
       call remove_from_mesh(self%mesh, gone, map, self%changes, exposed)
+      call self%carry_all(map, exposed)
+      call self%follow_parted()
+      if (falling) call let_fall(self%mesh, self%material, self%motion, self%contact, self%loads, self%reaction, &
+                                 self%relaxation%b, exposed)
+      call self%contact%cohesive%take_stock(self%contact%n_pairs)
+      call self%energy%take_out(stored, self%contact%cohesive%work(), exposed, self%loads, self%reaction, self%mesh%n_nodes)
+      if (checked_build) call take_baseline(self%mesh, self%baseline)
+      if (checked_build) call self%check()
+   end subroutine remove
+
+   !> Everything that is kept by node, element or pair follows new numbers.
+   subroutine carry_all(self, map, exposed)
+      class(model_t), intent(inout) :: self
+      type(renumbering_t), intent(in) :: map
+      !> nodes that lost elements, new numbers
+      integer, intent(in) :: exposed(:)
       call self%material%renumber(map)
       call self%motion%renumber(map)
       call self%dynamics%renumber(map)
@@ -199,14 +220,35 @@ contains
       call carry(self%reaction, map%node_from)
       where (self%steep_warning_node > 0) self%steep_warning_node = map%node(max(1, self%steep_warning_node))
       if (self%slip_warning_node > 0) self%slip_warning_node = map%node(self%slip_warning_node)
-      call self%follow_parted()
-      if (falling) call let_fall(self%mesh, self%material, self%motion, self%contact, self%loads, self%reaction, &
-                                 self%relaxation%b, exposed)
-      call self%contact%cohesive%take_stock(self%contact%n_pairs)
-      call self%energy%take_out(stored, self%contact%cohesive%work(), exposed, self%loads, self%reaction, self%mesh%n_nodes)
+   end subroutine carry_all
+
+   !> Whether so much has been appended since the numbers were given that the relaxation step suffers from it. It depends on
+   !> the mesh alone, so that a run is numbered anew at the same events whatever it is run with.
+   pure logical function has_grown(self)
+      class(model_t), intent(in) :: self
+      associate (mesh => self%mesh)
+         has_grown = mesh%ordering /= ordering_none .and. &
+                     mesh%n_nodes - mesh%n_deck_nodes > max(growth_least, int(growth_limit*mesh%n_deck_nodes))
+      end associate
+   end function has_grown
+
+   !> Number nodes and elements anew, so that what splitting has appended comes to stand beside its neighbours. No result
+   !> shows it but for the order of sums.
+   subroutine renumber(self, map)
+      class(model_t), intent(inout) :: self
+      !> old numbers to new ones
+      type(renumbering_t), intent(out) :: map
+      call plan_order(self%mesh, map)
+      call renumber_mesh(self%mesh, map)
+      call grow(self%reaction, self%mesh%n_nodes, 2)      ! copies of the last split have none yet
+      call self%carry_all(map, exposed=[integer ::])
+      call self%changes%clear()
+      call self%rows%build(self%mesh, self%material)
+      call self%contact%rebuild(self%mesh, self%material, self%motion)
+      call self%pieces%find(self%mesh)
       if (checked_build) call take_baseline(self%mesh, self%baseline)
       if (checked_build) call self%check()
-   end subroutine remove
+   end subroutine renumber
 
    !> What follows from the mesh after a removal, copies of parted nodes included.
    subroutine follow_parted(self)

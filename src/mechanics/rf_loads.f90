@@ -3,9 +3,10 @@
 !> Supports and nodal forces are kept per node, pressures per face (through mesh%face_tag, which every split keeps),
 !> gravity per element. Without amplitude a value runs linearly from where the last step left it.
 module rf_loads
-   use rf_kinds, only: wp
+   use rf_kinds, only: wp, i8
    use rf_archive, only: archive_t
    use rf_grow, only: grow
+   use rf_sort, only: sorted_order
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t, next_corner
    use rf_renumber, only: renumbering_t, carry
@@ -311,16 +312,20 @@ contains
    end function is_named
 
    !> Midpoints of boundary edges are held where both ends are, between them: by their place, for those that cracks from the
-   !> start made lie anywhere. Nodes come in order of creation, so ends that are midpoints themselves have been seen to.
+   !> start made lie anywhere. They are taken in order of creation (their rank), so that ends that are midpoints themselves
+   !> have been seen to.
    subroutine support_midpoints(self, mesh, ux, uy)
       type(loads_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       !> displacements now [length], (nodes)
       real(wp), intent(in) :: ux(:), uy(:)
-      integer :: n, dof, p, a, b
+      integer, allocatable :: middle(:)
+      integer :: i, n, dof, p, a, b
       real(wp) :: part
-      do n = 1, mesh%n_nodes
-         if (self%ends(1, n) == 0) cycle
+      middle = pack([(n, n=1, mesh%n_nodes)], self%ends(1, :mesh%n_nodes) > 0)
+      middle = middle(sorted_order(int(mesh%node_rank(middle), i8)))
+      do i = 1, size(middle)
+         n = middle(i)
          part = part_between(mesh, n, self%ends(:, n))
          do dof = 1, 2
             if (.not. (self%is_held(dof, self%ends(1, n)) .and. self%is_held(dof, self%ends(2, n)))) cycle
@@ -901,7 +906,7 @@ contains
    end subroutine renumber
 
    !> What a definition that names one node or element means in new numbers; nothing if all of it is gone.
-   subroutine renumber_definition(definition, map)
+   pure elemental subroutine renumber_definition(definition, map)
       type(load_definition_t), intent(inout) :: definition
       type(renumbering_t), intent(in) :: map
       if (definition%entity == 0) return

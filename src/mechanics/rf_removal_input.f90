@@ -4,10 +4,11 @@ module rf_removal_input
    use rf_deck, only: deck_t, card_t, in_step
    use rf_mesh, only: mesh_t
    use rf_mesh_input, only: mesh_input_t
+   use rf_renumber, only: renumbering_t
    use rf_text, only: to_text
    implicit none
    private
-   public :: removal_t, read_removals, mark_removed
+   public :: removal_t, read_removals, mark_removed, renumber_removal
 
    !> Elements that go at the begin of a step.
    type :: removal_t
@@ -109,5 +110,12 @@ contains
          end do
       end associate
    end subroutine mark_removed
+
+   !> What a removal that names one element means in new numbers; nothing if all of it is gone.
+   pure elemental subroutine renumber_removal(removal, map)
+      type(removal_t), intent(inout) :: removal
+      type(renumbering_t), intent(in) :: map
+      if (removal%entity > 0) removal%entity = map%element_deputy(removal%entity)
+   end subroutine renumber_removal
 
 end module rf_removal_input

@@ -20,6 +20,8 @@ module rf_mesh
       !> nodes and elements of the deck, or those that were there when the numbers last changed (rf_renumber); those after
       !> them came by splitting
       integer :: n_deck_nodes = 0, n_deck_elements = 0
+      !> internal numbering (rf_ordering)
+      integer :: ordering = 0
       !> largest ids given so far: new nodes and elements count on from them
       integer :: last_node_id = 0, last_element_id = 0
       !> longest side of the box round all nodes, diagonal of that box, mean edge length [length]
@@ -174,6 +176,7 @@ contains
       call archive%exchange('n_segments', self%n_segments)
       call archive%exchange('n_deck_nodes', self%n_deck_nodes)
       call archive%exchange('n_deck_elements', self%n_deck_elements)
+      call archive%exchange('ordering', self%ordering)
       call archive%exchange('last_node_id', self%last_node_id)
       call archive%exchange('last_element_id', self%last_element_id)
       call archive%exchange('size', self%size)

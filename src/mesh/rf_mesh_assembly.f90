@@ -3,17 +3,12 @@
 module rf_mesh_assembly
    use rf_kinds, only: wp, i1, i8
    use rf_mesh, only: mesh_t
-   use rf_numbering, only: hilbert_order, identity_order, order_by_lowest_node
-   use rf_partition, only: partition_order
+   use rf_numbering, only: identity_order
+   use rf_ordering, only: ordering_metis, order_of_nodes, order_of_elements
    implicit none
    private
-   public :: ordering_none, ordering_hilbert, ordering_metis
    public :: raw_mesh_t, turn_clockwise, flat_elements, used_nodes, box_of, assemble, is_triangle
 
-   !> internal numberings: the deck's, along a Hilbert curve, part by part
-   integer, parameter :: ordering_none = 0, ordering_hilbert = 1, ordering_metis = 2
-   !> nodes of a part: a block of the relaxation step (rf_step_k)
-   integer, parameter :: part_size = 512
    !> a triangle whose double area is less than this part of its longest side squared has none: its smallest angle
    !> is below 1e-10 radian
    real(wp), parameter :: flat_ratio = 1.0e-10_wp
@@ -138,30 +133,22 @@ contains
       type(raw_mesh_t), intent(in) :: raw
       !> ids of the entries
       integer, intent(in) :: node_id(:), element_id(:)
-      !> one of the internal numberings
+      !> one of the internal numberings (rf_ordering)
       integer, intent(in) :: ordering
       !> the mesh
       type(mesh_t), intent(inout) :: mesh
       !> place of each entry in the mesh (0: left out)
       integer, allocatable, intent(out) :: node_place(:), element_place(:)
-      integer, allocatable :: kept(:), triangles(:), order(:)
+      integer, allocatable :: kept(:), triangles(:), order(:), graph(:, :)
       kept = pack(identity_order(raw%n_nodes), used_nodes(raw))
       triangles = pack(identity_order(raw%n_elements), raw%connectivity(1, :raw%n_elements) > 0)
-      select case (ordering)
-      case (ordering_hilbert)
-         order = hilbert_order(raw%x(:, kept))
-      case (ordering_metis)
-         order = partition_order(raw%x(:, kept), renamed(raw%connectivity(:, triangles), scattered(kept, raw%n_nodes)), part_size)
-      case default
-         order = identity_order(size(kept))
-      end select
+      mesh%ordering = ordering
+      allocate (graph(3, 0))      ! only METIS asks for it
+      if (ordering == ordering_metis) graph = renamed(raw%connectivity(:, triangles), scattered(kept, raw%n_nodes))
+      order = order_of_nodes(ordering, raw%x(:, kept), graph)
       call fill_nodes(raw, node_id, kept, order, mesh)
       node_place = scattered(kept(order), raw%n_nodes)
-      if (ordering == ordering_none) then
-         order = identity_order(size(triangles))
-      else
-         order = order_by_lowest_node(renamed(raw%connectivity(:, triangles), node_place))
-      end if
+      order = order_of_elements(ordering, renamed(raw%connectivity(:, triangles), node_place))
       call fill_elements(raw, element_id, triangles, order, node_place, mesh)
       element_place = scattered(triangles(order), raw%n_elements)
       call measure(mesh)

@@ -11,8 +11,8 @@ module rf_mesh_input
    use rf_grow, only: grow
    use rf_listed_input, only: read_nodes, read_elements
    use rf_mesh, only: mesh_t
-   use rf_mesh_assembly, only: assemble, box_of, flat_elements, is_triangle, turn_clockwise, used_nodes, ordering_none, &
-                               ordering_hilbert, ordering_metis
+   use rf_mesh_assembly, only: assemble, box_of, flat_elements, is_triangle, turn_clockwise, used_nodes
+   use rf_ordering, only: ordering_none, ordering_hilbert, ordering_metis
    use rf_mesh_draft, only: draft_t, shown
    use rf_partition, only: partitions_available
    use rf_set_input, only: read_sets

@@ -1,14 +1,17 @@
 !> New numbers for nodes, elements and crack segments: what stays keeps its data, what has no new number is gone. Every type
 !> that holds something per node or per element has a procedure `renumber` that follows such a map. Here are the map, how
-!> arrays follow it, and how the mesh does; on it stands the removal of elements (excavation).
+!> arrays follow it, and how the mesh does; on it stand the removal of elements (excavation) and the new order of a mesh
+!> that has grown by splitting.
 module rf_renumber
    use rf_kinds, only: wp, i1, i8
    use rf_sort, only: sorted_order
    use rf_mesh, only: mesh_t, no_origin
+   use rf_numbering, only: identity_order, places_of
+   use rf_ordering, only: order_of_nodes, order_of_elements
    use rf_topology, only: changes_t, part_fans, is_one_fan
    implicit none
    private
-   public :: renumbering_t, carry, plan_removal, renumber_mesh, remove_from_mesh
+   public :: renumbering_t, carry, plan_removal, plan_order, renumber_mesh, remove_from_mesh
 
    !> Old numbers to new ones and back.
    type :: renumbering_t
@@ -54,6 +57,30 @@ contains
       call find_deputies(mesh%element_origin(:mesh%n_elements), mesh%element_rank(:mesh%n_elements), map%element, &
                          map%element_deputy)
    end subroutine plan_removal
+
+   !> The map that puts all nodes and elements into the order of the mesh's numbering, from where they are now: what splitting
+   !> has appended comes to stand beside its neighbours.
+   subroutine plan_order(mesh, map)
+      type(mesh_t), intent(in) :: mesh
+      type(renumbering_t), intent(out) :: map
+      integer, allocatable :: connectivity(:, :)
+      integer :: e
+      map%n_nodes = mesh%n_nodes
+      map%n_elements = mesh%n_elements
+      map%n_segments = mesh%n_segments
+      connectivity = mesh%connectivity(:, :mesh%n_elements)
+      map%node_from = order_of_nodes(mesh%ordering, mesh%x(:, :mesh%n_nodes), connectivity)
+      map%node = places_of(map%node_from)
+      do e = 1, mesh%n_elements
+         call translate(connectivity(:, e), map%node)
+      end do
+      map%element_from = order_of_elements(mesh%ordering, connectivity)
+      map%element = places_of(map%element_from)
+      map%segment_from = identity_order(mesh%n_segments)
+      map%segment = map%segment_from
+      map%node_deputy = map%node
+      map%element_deputy = map%element
+   end subroutine plan_order
 
    !> Number what stays in its order.
    subroutine number(stays, n, new, from)

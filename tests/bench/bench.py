@@ -2,8 +2,8 @@
 
     ./run bench [--quick] [--long] [--only NAME,..] [--peers] [--no-report]
 
-Parts (--only): step, look, event, memory, files, runs, direct. Figures of parts that are left out are taken from the
-last bench.json. It is no test: nothing fails because a machine is slow.
+Parts (--only): step, look, event, growth, memory, files, runs, direct. Figures of parts that are left out are taken
+from the last bench.json. It is no test: nothing fails because a machine is slow.
 """
 
 import argparse

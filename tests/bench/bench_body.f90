@@ -5,7 +5,8 @@ module bench_body
    use rf_random, only: uniform
    use rf_mesh, only: mesh_t
    use rf_generate, only: generate, side_left, side_right
-   use rf_mesh_assembly, only: ordering_none, ordering_hilbert, ordering_metis, raw_mesh_t, assemble
+   use rf_ordering, only: ordering_none, ordering_hilbert, ordering_metis
+   use rf_mesh_assembly, only: raw_mesh_t, assemble
    use rf_topology, only: build_topology, changes_t, crack_edge, refan_node, next_corner
    use rf_cst, only: elasticity
    use rf_criterion, only: strength_t

@@ -40,6 +40,11 @@ def event(bench):
     return [{"size": size} | bench.measure("event", size, 100 if bench.quick else 300) for size in bench.sizes]
 
 
+def growth(bench):
+    """Steps before and after a mesh has grown by splitting, and after it was numbered anew."""
+    return [{"size": size} | bench.measure("growth", size, 5) for size in bench.sizes[1:]]
+
+
 def memory(bench):
     """Memory per element of the largest size, at work."""
     size = bench.sizes[-1]
@@ -276,6 +281,7 @@ PARTS = {
     "step": step,
     "look": look,
     "event": event,
+    "growth": growth,
     "memory": memory,
     "files": files,
     "runs": runs,

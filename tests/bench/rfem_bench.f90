@@ -4,6 +4,7 @@
 !>    rfem_bench step ELEMENTS ORDERING THREADS [cracked]
 !>    rfem_bench look ELEMENTS THREADS
 !>    rfem_bench event ELEMENTS EVENTS
+!>    rfem_bench growth ELEMENTS PERCENT
 !>    rfem_bench memory ELEMENTS elastic|all
 !>
 !> The machine's other work can only slow down what is measured: of many windows the best one counts; on one thread
@@ -20,6 +21,7 @@ program rfem_bench
    use rf_splitting, only: split_mesh
    use rf_step_k, only: lanes
    use rf_model, only: model_t
+   use rf_renumber, only: renumbering_t
    use rf_snapshot, only: snapshot_t
    use bench_body, only: make_body, bend
    implicit none
@@ -60,10 +62,14 @@ program rfem_bench
       call omp_set_num_threads(1)
       call make_body(number(2), 'HILBERT', .false., model)
       call measure_events(number(3))
+   case ('growth')
+      call omp_set_num_threads(1)
+      call make_body(number(2), 'HILBERT', .false., model)
+      call measure_growth(0.01_wp*number(3))
    case ('memory')
       call measure_memory(number(2), word(3) == 'all')
    case default
-      error stop 'rfem_bench: triad, step, look, event or memory'
+      error stop 'rfem_bench: triad, step, look, event, growth or memory'
    end select
 
 contains
@@ -287,6 +293,49 @@ contains
       end do
       call put('changed_elements', real(model%changes%n_elements, wp))
    end subroutine measure_events
+
+   !> The step, without contact, of a body whose mesh has grown by splitting: before, after, and numbered anew.
+   subroutine measure_growth(part)
+      !> of the nodes that there were at first
+      real(wp), intent(in) :: part
+      type(split_t) :: split
+      type(renumbering_t) :: map
+      real(wp) :: start
+      integer :: draws, nodes
+      call put('elements', real(model%mesh%n_elements, wp))
+      call put('updates', model%mesh%n_elements/elastic_step())
+      nodes = model%mesh%n_nodes
+      draws = 0
+      do while (model%mesh%n_nodes < nodes*(1 + part))
+         call plan_at_random(draws, split)
+         call model%split(split, 1.0_wp, 1.0_wp)
+      end do
+      call put('grown_elements', real(model%mesh%n_elements, wp))
+      call put('updates_grown', model%mesh%n_elements/elastic_step())
+      start = monotonic_time()
+      call model%renumber(map)
+      call put('renumbering', monotonic_time() - start)
+      call put('updates_renumbered', model%mesh%n_elements/elastic_step())
+   end subroutine measure_growth
+
+   !> Time of a step that leaves contact out [s].
+   real(wp) function elastic_step()
+      integer :: steps, pairs, groups, nodes
+      real(wp) :: many, none
+      pairs = model%contact%n_pairs
+      groups = model%contact%n_groups
+      nodes = model%contact%n_nodes
+      model%contact%n_pairs = 0
+      model%contact%n_groups = 0
+      model%contact%n_nodes = 0
+      steps = max(20, min(2000, int(window_updates/model%mesh%n_elements)))
+      call best_relaxation(1, none)
+      call best_relaxation(steps + 1, many)
+      elastic_step = (many - none)/steps
+      model%contact%n_pairs = pairs
+      model%contact%n_groups = groups
+      model%contact%n_nodes = nodes
+   end function elastic_step
 
    !> What model%split does, in its order.
    subroutine split_by_items(split, seconds)

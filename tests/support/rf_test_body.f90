@@ -4,7 +4,8 @@ module rf_test_body
    use rf_kinds, only: wp, i1, i8
    use rf_generate, only: generate
    use rf_mesh, only: mesh_t
-   use rf_mesh_assembly, only: ordering_hilbert, raw_mesh_t, assemble
+   use rf_ordering, only: ordering_hilbert
+   use rf_mesh_assembly, only: raw_mesh_t, assemble
    use rf_topology, only: changes_t, build_topology, crack_edge, bisect_edge, refan_node, next_corner
    use rf_cst, only: elasticity, gradients, stiffness_block, strain, stress
    use rf_material, only: material_t, section_t

@@ -4,7 +4,8 @@ module test_meshes
    use rf_mesh, only: mesh_t
    use rf_topology, only: build_topology, is_corner, manifold_ok, changes_t
    use rf_generate, only: generate
-   use rf_mesh_assembly, only: ordering_none, raw_mesh_t, assemble, turn_clockwise
+   use rf_ordering, only: ordering_none
+   use rf_mesh_assembly, only: raw_mesh_t, assemble, turn_clockwise
    use rf_material, only: material_t
    use rf_motion, only: motion_t
    use rf_cst, only: elasticity, gradients, strain, stress, corner_forces
