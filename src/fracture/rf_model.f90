@@ -166,6 +166,7 @@ contains
       call self%motion%adopt(self%changes)
       call self%dynamics%adopt(self%changes)
       call self%loads%adopt(self%changes)
+      call grow(self%reaction, self%mesh%n_nodes, 2)
       call self%material%initial%nodal_forces(self%mesh, self%material%section%thickness, self%loads%initial, self%changes)
       call self%loads%follow(self%mesh, self%material, self%changes, fraction, time)
       call self%rows%update(self%mesh, self%material, self%changes)
@@ -240,7 +241,6 @@ contains
       type(renumbering_t), intent(out) :: map
       call plan_order(self%mesh, map)
       call renumber_mesh(self%mesh, map)
-      call grow(self%reaction, self%mesh%n_nodes, 2)      ! copies of the last split have none yet
       call self%carry_all(map, exposed=[integer ::])
       call self%changes%clear()
       call self%rows%build(self%mesh, self%material)
