@@ -1,5 +1,6 @@
 #!/bin/sh
 # Makes the mesh files of the paper's decks again: sh make_meshes.sh   (Gmsh 4.8.4 made the ones that are shipped)
+# or one of another size:                          sh make_meshes.sh three_point_bending|uniaxial_compression H
 #
 # Gmsh's export is kept but for three things: line elements go (the decks need none), elements count from 1, and
 # coordinates are written with 10 significant digits (1e-17 on a straight side becomes 0). A centre x,y takes the
@@ -36,5 +37,18 @@ mesh() { # name, h, [centre x, centre y]
    head -n 1 "$1_h$2.inp"
 }
 
-for h in 8 4 2; do mesh three_point_bending "$h"; done
-for h in 5 4 3 2; do mesh uniaxial_compression "$h" 25 50; done
+one() { # name, h
+   case $1 in
+      three_point_bending) mesh "$1" "$2" ;;
+      uniaxial_compression) mesh "$1" "$2" 25 50 ;;
+      *) echo "make_meshes.sh: no mesh $1 (three_point_bending, uniaxial_compression)" >&2; exit 2 ;;
+   esac
+}
+
+case $# in
+   0)
+      for h in 8 4 2; do one three_point_bending "$h"; done
+      for h in 5 4 3 2; do one uniaxial_compression "$h"; done ;;
+   2) one "$1" "$2" ;;
+   *) echo "usage: sh make_meshes.sh [NAME H]" >&2; exit 2 ;;
+esac
