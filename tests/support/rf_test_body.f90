@@ -297,11 +297,13 @@ contains
       class(body_t), intent(in) :: self
       integer, intent(in) :: set, dof
       real(wp), allocatable :: force(:, :)
+      real(wp) :: at_node(2)
       integer :: n
       call reaction(self%mesh, self%contact, self%loads, self%motion, force)
       total = 0
       do n = 1, self%mesh%n_nodes
-         if (self%mesh%node_in_set(n, set)) total = total + force(dof, n)
+         at_node = self%loads%at_support(force, n)
+         if (self%mesh%node_in_set(n, set)) total = total + at_node(dof)
       end do
    end function total_reaction
 
