@@ -31,8 +31,8 @@ module rf_run
       !> monotonic time at the start of the program [s]; wall-clock time of the run before that, by earlier processes [s]
       real(wp) :: start = 0
       real(wp), private :: spent = 0
-      !> the result files are open; they are not deleted when something cannot be written, for a checkpoint goes with them
-      logical, private :: opened = .false., keep = .false.
+      !> the result files are open; there is a checkpoint from which the run can go on with them
+      logical, private :: opened = .false., resumable = .false.
    contains
       procedure :: begin, open => open_checkpoint, go_on
       procedure, private :: prefix, title, run_to_end, save, finish, tell_how_to_go_on, fill_provenance
@@ -95,7 +95,7 @@ contains
          end if
       end associate
       self%opened = .not. allocated(error)
-      self%keep = .true.
+      self%resumable = .true.
       status = self%run_to_end(error)
    end function go_on
 
@@ -119,9 +119,10 @@ contains
          status = simulation%status
          if (allocated(error)) then
             status = exit_not_written
-            if (self%opened) call simulation%recorder%discard(self%keep)
+            if (self%opened) call simulation%recorder%discard(self%resumable)
             write (error_unit, '(a)') 'rfem: error: '//error
-            if (self%keep) write (error_unit, '(a)') 'rfem: note: the results up to there are kept'//last_checkpoint(self%prefix())
+            if ((self%opened .or. self%resumable) .and. path_exists(self%prefix()//'.h5')) &
+               write (error_unit, '(a)') 'rfem: note: the results up to there are kept'//last_checkpoint(self%prefix())
             return
          end if
          if (status == exit_interrupted) then
@@ -141,7 +142,6 @@ contains
       real(wp) :: begun
       begun = monotonic_time()
       associate (simulation => self%simulation)
-         self%keep = .true.
          simulation%wall_time = self%spent + (monotonic_time() - self%start)
          call checkpoint%begin_writing(self%prefix(), simulation%recorder%provenance)
          call checkpoint%exchange('job', self%job)
@@ -151,6 +151,7 @@ contains
             error = checkpoint%error
             return
          end if
+         self%resumable = .true.
          if (simulation%interruption%leave .and. .not. simulation%is_over()) simulation%status = exit_interrupted
          simulation%interruption%save = .false.
          if (simulation%restart%write) simulation%interruption%save_at = monotonic_time() + &

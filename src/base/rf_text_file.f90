@@ -1,4 +1,5 @@
-!> A text file that is being written: buffered, with every failure kept as an error text, and able to delete itself.
+!> A text file that is being written: buffered, with every failure kept as an error text, and able to delete itself, or what of
+!> it was not finished when a write failed.
 !>
 !> It writes through C's stdio because gfortran's FLUSH and CLOSE keep quiet about a full disk (libgfortran 12 drops what the system
 !> says). After the first failure further output is dropped; `flush` and `close` hand the error back.
@@ -26,11 +27,13 @@ module rf_text_file
       character(len=:), allocatable :: path
       type(c_ptr), private :: stream = c_null_ptr
       logical, private :: opened = .false.
+      !> this run made it, so `discard` may delete it
+      logical, private :: made_here = .false.
       character(len=:), allocatable, private :: buffer
       !> characters in the buffer
       integer, private :: used = 0
-      !> characters in the file
-      integer(i8), private :: written = 0
+      !> characters in the file; of those, the ones that a `flush` has handed on
+      integer(i8), private :: written = 0, finished = 0
       !> the first error
       character(len=:), allocatable, private :: failure
       !> length that a checkpoint knows [characters]
@@ -46,7 +49,7 @@ module rf_text_file
       procedure :: flush => flush_file
       procedure :: close => close_file
       procedure :: discard
-      procedure :: is_open
+      procedure :: is_open, is_empty
       procedure, private :: empty_buffer, note
    end type text_file_t
 
@@ -86,6 +89,16 @@ module rf_text_file
          integer(c_long), value :: length
          integer(c_int) :: status
       end function c_ftruncate
+      function c_dup(descriptor) bind(c, name='dup') result(second)
+         import :: c_int
+         integer(c_int), value :: descriptor
+         integer(c_int) :: second
+      end function c_dup
+      function c_close(descriptor) bind(c, name='close') result(status)
+         import :: c_int
+         integer(c_int), value :: descriptor
+         integer(c_int) :: status
+      end function c_close
       function c_fsync(descriptor) bind(c, name='fsync') result(status)
          import :: c_int
          integer(c_int), value :: descriptor
@@ -126,12 +139,13 @@ contains
       this%stream = c_fopen(path//c_null_char, 'w'//c_null_char)
       this%opened = c_associated(this%stream)
       call this%note(this%opened, 'create')
+      this%made_here = this%opened
       if (this%opened) status = c_flock(c_fileno(this%stream), lock_alone) ! so that no other run goes on with it
       if (allocated(this%failure)) error = this%failure
    end subroutine create
 
-   !> To or from a checkpoint: how long the file is. (Derived: path, stream, opened, buffer, used, failure belong to the process;
-   !> written is kept.) What the checkpoint knows has to be on the disk before it.
+   !> To or from a checkpoint: how long the file is. (Derived: path, stream, opened, made_here, buffer, used, failure belong to the
+   !> process; written, finished are kept.) What the checkpoint knows has to be on the disk before it.
    subroutine exchange(this, archive)
       class(text_file_t), intent(inout) :: this
       class(archive_t), intent(inout) :: archive
@@ -190,6 +204,7 @@ contains
       call this%note(c_ftruncate(c_fileno(this%stream), int(this%kept, c_long)) == 0, 'write to')
       call this%note(c_fseek(this%stream, 0_c_long, from_end) == 0, 'write to')
       this%written = this%kept
+      this%finished = this%kept
       this%used = 0
    end subroutine look_and_cut
 
@@ -270,6 +285,7 @@ contains
       call this%empty_buffer()
       if (.not. this%opened .or. allocated(this%failure)) return
       call this%note(c_fseek(this%stream, int(place, c_long), from_beginning) == 0, 'write to')
+      if (allocated(this%failure)) return
       done = c_fwrite(text, 1_c_size_t, len(text, c_size_t), this%stream)
       call this%note(done == len(text), 'write to')
       call this%note(c_fseek(this%stream, 0_c_long, from_end) == 0, 'write to')
@@ -281,6 +297,7 @@ contains
       character(len=:), allocatable, intent(out) :: error
       call this%empty_buffer()
       if (this%opened .and. .not. allocated(this%failure)) call this%note(c_fflush(this%stream) == 0, 'write to')
+      if (.not. allocated(this%failure)) this%finished = this%written
       if (allocated(this%failure)) error = this%failure
    end subroutine flush_file
 
@@ -295,23 +312,33 @@ contains
       if (allocated(this%failure)) error = this%failure
    end subroutine close_file
 
-   !> Close and delete the file, if this run made it; errors do not matter any more.
+   !> Close and delete the file, if this run made it; errors do not matter any more. What is kept ends with what the last
+   !> successful `flush` has handed on, whatever the closing itself still writes.
    subroutine discard(this, keep)
       class(text_file_t), intent(inout) :: this
-      !> leave the file as it is instead of deleting it (default: no)
+      !> leave what is finished instead of deleting the file (default: no)
       logical, intent(in), optional :: keep
-      logical :: kept
-      logical :: gone
-      integer(c_int) :: status
-      if (this%opened) status = c_fclose(this%stream)
-      kept = .false.
-      if (present(keep)) kept = keep
-      if (allocated(this%path) .and. this%opened .and. .not. kept) gone = remove_file(this%path)
+      integer(c_int) :: second, status
+      logical :: kept, gone
+      if (.not. this%opened) return
+      second = c_dup(c_fileno(this%stream))
+      status = c_fclose(this%stream)
       this%opened = .false.
+      kept = .not. this%made_here
+      if (present(keep)) kept = kept .or. keep
+      if (kept .and. allocated(this%failure)) status = c_ftruncate(second, int(this%finished, c_long))
+      status = c_close(second)
+      if (.not. kept) gone = remove_file(this%path)
    end subroutine discard
 
    pure logical function is_open(this)
       class(text_file_t), intent(in) :: this
       is_open = this%opened
    end function is_open
+
+   !> Whether nothing is finished in it.
+   pure logical function is_empty(this)
+      class(text_file_t), intent(in) :: this
+      is_empty = this%finished == 0
+   end function is_empty
 end module rf_text_file

@@ -318,13 +318,20 @@ contains
       if (.not. allocated(error) .and. allocated(later)) error = later
    end subroutine close_files
 
-   subroutine discard(self, keep)
+   !> Close; the frames that both files have finished stay, and what has none is deleted unless a checkpoint goes with it.
+   subroutine discard(self, resumable)
       class(frames_t), intent(inout) :: self
-      !> leave the files as they are instead of deleting them (default: no)
-      logical, intent(in), optional :: keep
-      if (self%vtkhdf) call self%mesh_file%discard(keep)
-      if (self%vtkhdf) call self%crack_file%discard(keep)
-      if (self%apdl) call self%apdl_file%discard(keep)
+      !> there is a checkpoint
+      logical, intent(in) :: resumable
+      integer :: frames
+      if (self%vtkhdf) then
+         frames = min(self%mesh_file%frame_count(), self%crack_file%frame_count())
+         call self%mesh_file%discard(keep=resumable .or. frames > 0)
+         call self%crack_file%discard(keep=resumable .or. frames > 0)
+         if (frames > 0) call self%mesh_file%mend(frames)
+         if (frames > 0) call self%crack_file%mend(frames)
+      end if
+      if (self%apdl) call self%apdl_file%discard(keep=resumable .or. self%apdl_file%frame_count() > 0)
    end subroutine discard
 
 end module rf_frames

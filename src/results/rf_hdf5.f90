@@ -266,14 +266,19 @@ contains
    end subroutine close_file
 
    !> Close and delete what `create` made; errors do not matter any more. HDF5 does not close what it cannot write (full disk, limit
-   !> of file sizes), and crashes when asked twice, so first all that it still wants to write is sent to memory.
-   subroutine discard(this, keep)
+   !> of file sizes), and crashes when asked twice, so first all that it still wants to write is sent to memory; what is kept then
+   !> ends with the last flush.
+   subroutine discard(this, keep, sound)
       class(hdf5_file_t), intent(inout) :: this
-      !> leave the file as it is instead of deleting it (default: no)
+      !> leave the file instead of deleting it (default: no)
       logical, intent(in), optional :: keep
+      !> nothing has failed in this file: what is kept is closed as usual (default: no)
+      logical, intent(in), optional :: sound
       character(len=:), allocatable :: ignored
-      logical :: gone
-      if (this%is_open()) call redirect_to_memory(this%id)
+      logical :: gone, as_usual
+      as_usual = .false.
+      if (present(keep) .and. present(sound)) as_usual = keep .and. sound
+      if (this%is_open() .and. .not. as_usual) call redirect_to_memory(this%id)
       call this%close(ignored)
       if (present(keep)) this%made_here = this%made_here .and. .not. keep
       if (this%made_here) gone = remove_file(this%path)

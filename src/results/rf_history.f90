@@ -1,6 +1,6 @@
 !> The tables of a run: a row for each equilibrium that is part of the answer, and one for each event (docs/results.md).
 module rf_history
-   use rf_kinds, only: wp
+   use rf_kinds, only: wp, i8
    use rf_archive, only: archive_t
    use rf_grow, only: grown_capacity
    use rf_model, only: model_t
@@ -57,6 +57,7 @@ module rf_history
       integer, private :: n_pending = 0
    contains
       procedure :: create, exchange, go_on, start, row, before_event, write_events, add_iterations, close => close_tables, discard
+      procedure :: mend, row_count, is_sound
    end type history_t
 
    !> columns of the history, each with its kind
@@ -437,10 +438,32 @@ contains
 
    subroutine discard(self, keep)
       class(history_t), intent(inout) :: self
-      !> leave the files as they are instead of deleting them (default: no)
+      !> leave what is finished instead of deleting it (default: no)
       logical, intent(in), optional :: keep
       call self%history%discard(keep)
       call self%events%discard(keep)
    end subroutine discard
+
+   !> After `discard`: cut the datasets to the finished rows.
+   subroutine mend(self, file, error)
+      class(history_t), intent(inout) :: self
+      !> JOB.h5, open, not in SWMR mode
+      type(hdf5_file_t), intent(in) :: file
+      character(len=:), allocatable, intent(out) :: error
+      call self%history%mend(file, error)
+      if (.not. allocated(error)) call self%events%mend(file, error)
+   end subroutine mend
+
+   !> Whether all rows could be written.
+   pure logical function is_sound(self)
+      class(history_t), intent(in) :: self
+      is_sound = self%history%is_sound() .and. self%events%is_sound()
+   end function is_sound
+
+   !> Rows of the history that are finished.
+   pure integer(i8) function row_count(self)
+      class(history_t), intent(in) :: self
+      row_count = self%history%row_count()
+   end function row_count
 
 end module rf_history

@@ -214,11 +214,12 @@ contains
       self%open = .false.
    end subroutine close_file
 
-   subroutine discard(self, keep)
+   !> Close; what has no table is deleted unless a checkpoint goes with it.
+   subroutine discard(self, resumable)
       class(print_tables_t), intent(inout) :: self
-      !> leave the files as they are instead of deleting them (default: no)
-      logical, intent(in), optional :: keep
-      if (self%open) call self%file%discard(keep)
+      !> there is a checkpoint
+      logical, intent(in) :: resumable
+      if (self%open) call self%file%discard(keep=resumable .or. .not. self%file%is_empty())
       self%open = .false.
    end subroutine discard
 

@@ -1,4 +1,4 @@
-!> Writes what a run has to say of its states: decides what is due, keeps all result files, and leaves none half-written.
+!> Writes what a run has to say of its states: decides what is due, keeps all result files, and leaves nothing half-written.
 module rf_recorder
    use rf_kinds, only: wp
    use rf_archive, only: archive_t
@@ -70,7 +70,7 @@ contains
       if (.not. allocated(error)) call self%history%start(self%file, error)
       if (.not. allocated(error)) call self%frames%create(prefix, title, fracture, dynamic, error)
       if (.not. allocated(error)) call self%tables%create(prefix, error)
-      if (allocated(error)) call self%discard()
+      if (allocated(error)) call self%discard(.false.)
    end subroutine create
 
    !> The files of this run, for the closing summary.
@@ -187,7 +187,7 @@ contains
       call self%history%add_iterations(n)
    end subroutine count_iterations
 
-   !> Write what is due of a state.
+   !> Write what is due of a state. Files that have lost their names would take it, but nobody could find it there.
    subroutine state(self, model, position, kind, row_written, error)
       class(recorder_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
@@ -214,6 +214,9 @@ contains
       self%row_owed = .not. row
       self%frame_owed = .not. frame
       row_written = row
+      if ((row .or. frame) .and. .not. path_exists(self%file%path)) error = self%file%path// &
+         ': cannot write to this file: No such file or directory (was its folder moved or removed?)'
+      if (allocated(error)) return
       if (row) call self%write_row(model, position, error)
       if (allocated(error)) return
       if (frame) call self%write_frame(model, position, kind, error)
@@ -383,16 +386,31 @@ contains
       call self%watch%stop()
    end subroutine finish
 
-   !> Close and delete all files of this run, or leave them as they are.
-   subroutine discard(self, keep)
+   !> Something cannot be written: close all files of this run. Rows, frames and tables that are finished stay, in files that can
+   !> be opened as any other; a file that has none is deleted.
+   subroutine discard(self, resumable)
       class(recorder_t), intent(inout) :: self
-      !> there is a checkpoint, from which the run can go on with these files (default: no)
-      logical, intent(in), optional :: keep
+      !> there is a checkpoint, from which the run can go on with these files: then all of them stay
+      logical, intent(in) :: resumable
+      logical :: keep
+      keep = resumable .or. self%history%row_count() > 0
       call self%history%discard(keep)
-      call self%file%discard(keep)
-      call self%frames%discard(keep)
-      call self%tables%discard(keep)
+      call self%file%discard(keep, sound=self%history%is_sound())
+      if (keep) call mend_tables(self)
+      call self%frames%discard(resumable)
+      call self%tables%discard(resumable)
    end subroutine discard
+
+   !> Make an ordinary file of what is left of JOB.h5.
+   subroutine mend_tables(self)
+      type(recorder_t), intent(inout) :: self
+      character(len=:), allocatable :: path, error
+      path = self%file%path
+      call self%file%reopen(path, error)
+      if (allocated(error)) return
+      call self%history%mend(self%file, error)
+      call self%file%discard(keep=.true., sound=.not. allocated(error))
+   end subroutine mend_tables
 
    !> Digests of the final displacements and of the topology, in the order of the output.
    function digests_of(model) result(hex)

@@ -98,6 +98,7 @@ module rf_vtkhdf
       procedure :: end_frame
       procedure :: close => close_file
       procedure :: discard
+      procedure :: mend
       procedure :: frame_count
       procedure, private :: start, note
    end type vtkhdf_file_t
@@ -661,11 +662,37 @@ contains
    !> Close and delete the file, if this run made it.
    subroutine discard(this, keep)
       class(vtkhdf_file_t), intent(inout) :: this
-      !> leave the files as they are instead of deleting them (default: no)
+      !> leave what is finished instead of deleting it (default: no)
       logical, intent(in), optional :: keep
       if (allocated(this%point_fields)) call close_series(this)
-      call this%file%discard(keep)
+      call this%file%discard(keep, sound=.not. allocated(this%failure))
    end subroutine discard
+
+   !> After `discard`: make an ordinary file of what is left, with so many frames. Points and values of a frame that was not
+   !> finished may stay in the file, but no frame refers to them: cutting these compressed series would need room, which a full
+   !> disk has not.
+   subroutine mend(this, frames)
+      class(vtkhdf_file_t), intent(inout) :: this
+      !> at most those that are finished
+      integer, intent(in) :: frames
+      character(len=:), allocatable :: path, error
+      integer :: i
+      path = this%file%path
+      call this%file%reopen(path, error)
+      if (allocated(error)) return
+      do i = part_offsets, layout_size
+         if (.not. allocated(error)) call this%layout(i)%cut(this%file, int(frames, i8), .false., error)
+      end do
+      do i = 1, size(this%point_fields)
+         if (.not. allocated(error)) call this%point_fields(i)%offsets%cut(this%file, int(frames, i8), .false., error)
+      end do
+      do i = 1, size(this%cell_fields)
+         if (.not. allocated(error)) call this%cell_fields(i)%offsets%cut(this%file, int(frames, i8), .false., error)
+      end do
+      if (.not. allocated(error)) call this%file%set_attribute('/VTKHDF/Steps', 'NSteps', frames, error)
+      call close_series(this)
+      call this%file%discard(keep=.true., sound=.not. allocated(error))
+   end subroutine mend
 
    !> Frames that are finished.
    pure integer function frame_count(this)

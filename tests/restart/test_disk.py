@@ -9,9 +9,8 @@ import shutil
 import subprocess
 import time
 
-import numpy as np
 import pytest
-import rfem_results
+from kept_results import assert_kept
 from rfem_run import PROGRAM, SOURCE, call
 
 BEAM = SOURCE / "input" / "paper" / "three_point_bending.inp"
@@ -50,17 +49,6 @@ def goes_on(folder, whole):
         assert (folder / name).read_bytes() == (whole[0] / name).read_bytes()
 
 
-def is_readable(folder, whole):
-    """What was written is the beginning of what the whole run wrote."""
-    part, all_of_it = (rfem_results.open_results(place / "j") for place in (folder, whole[0]))
-    rows = len(part.history["step"])
-    assert 0 < rows < len(all_of_it.history["step"])
-    for name in ("step", "increment", "external_work"):
-        assert np.array_equal(part.history[name], all_of_it.history[name][:rows])
-    assert 0 < len(part.frames) <= len(all_of_it.frames)
-    assert np.isfinite(part.frames[len(part.frames) - 1].displacement).all()
-
-
 @pytest.mark.parametrize("kilobytes", [1900, 2600, 3500])
 def test_full_disk(kilobytes, deck, whole, tmp_path):
     disk = tmp_path / "disk"
@@ -78,11 +66,12 @@ def test_full_disk(kilobytes, deck, whole, tmp_path):
     assert re.search(rf"^rfem: error: {disk}/out/j\S*: .*No space left on device", done.stderr, re.M), done.stderr
     assert "rfem: note: the results up to there are kept; the last checkpoint is" in done.stderr
     assert not [name for name in left if ".tmp." in name], "no half checkpoint"
-    is_readable(tmp_path / "out", whole)
+    rows, frames = assert_kept(tmp_path / "out", whole[0], "j")
+    assert rows > 1 and frames > 0
     goes_on(tmp_path / "out", whole)
 
 
-def test_limit_on_file_sizes(deck, tmp_path):
+def test_limit_on_file_sizes(deck, whole, tmp_path):
     """ulimit -f, as a quota, fails the first checkpoint; the results are smaller."""
 
     def limit():
@@ -93,7 +82,7 @@ def test_limit_on_file_sizes(deck, tmp_path):
     assert re.search(r"^rfem: error: \S*j\.rst\.tmp\.h5: .*File too large", done.stderr, re.M), done.stderr
     assert "the results up to there are kept" in done.stderr
     assert not [name for name in os.listdir(tmp_path / "out") if "rst" in name]
-    assert len((tmp_path / "out" / "j_history.csv").read_text().splitlines()) > 1
+    assert assert_kept(tmp_path / "out", whole[0], "j")[0] > 1
 
 
 def started(deck, folder, **options):
@@ -112,12 +101,14 @@ def started(deck, folder, **options):
     return run
 
 
-def test_folder_removed(deck, tmp_path):
+def test_folder_moved(deck, whole, tmp_path):
     run = started(deck, tmp_path / "out")
     os.rename(tmp_path / "out", tmp_path / "elsewhere")
     messages = run.communicate(timeout=120)[1]
     assert run.returncode == 3, messages
     assert re.search(r"^rfem: error: .*out/j\S*: .*No such file or directory", messages, re.M), messages
+    assert_kept(tmp_path / "elsewhere", whole[0], "j")
+    goes_on(tmp_path / "elsewhere", whole)
 
 
 def nobody():
