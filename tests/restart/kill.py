@@ -147,8 +147,9 @@ def main():
                 failed += 1
                 print(f"trial {number}: {error}", flush=True)
         count = trials.count
-    print(f"kill: seed {options.seed}, {options.trials - failed} of {options.trials} trials good; a run takes", end=" ")
-    print(f"{trials.seconds:.1f} s; {count['kills']} kills, {count['with a checkpoint']} of them with a checkpoint;", end=" ")
+    good = f"{options.trials - failed} of {options.trials} trials good"
+    print(f"kill: seed {options.seed}, {good}; a run takes {trials.seconds:.1f} s; {count['kills']} kills,", end=" ")
+    print(f"{count['with a checkpoint']} of them with a checkpoint;", end=" ")
     print(f"{count['rows']} rows and {count['frames']} frames compared after them")
     return 1 if failed else 0
 
