@@ -110,7 +110,7 @@ contains
       type(run_t), allocatable :: run
       type(checkpoint_t) :: checkpoint
       type(diagnostics_t) :: diagnostics
-      character(len=:), allocatable :: ignored
+      character(len=:), allocatable :: ignored, problem
       allocate (run)
       call prepare(run, options, leave_at)
       status = exit_done
@@ -130,6 +130,13 @@ contains
       end if
       if (options%action == action_explain) then
          call run%deck%explain(output_unit, run%manual)
+         return
+      end if
+      call memory_problem(int(run%n_elements, i8), bytes_to_run, 'to be run', problem)
+      if (allocated(problem)) then
+         call checkpoint%abandon()
+         status = exit_wrong_input
+         write (error_unit, '(a)') 'rfem: error: '//options%restart//': '//problem
          return
       end if
       call say_hello(run%job)

@@ -7,7 +7,7 @@
 !> names of one type apart from those of another: `enter`, `leave`.
 !>
 !> The first thing that fails is told in `error`; from then on nothing is done. Where the bytes go is the business of an extension
-!> (rf_checkpoint: HDF5), which has three things to know: groups, how a datum looks, and where it lies in memory.
+!> (rf_hdf5_archive), which has three things to know: groups, how a datum looks, and where it lies in memory.
 module rf_archive
    use, intrinsic :: iso_c_binding, only: c_loc, c_null_ptr, c_ptr
    use rf_kinds, only: wp, i1, i8

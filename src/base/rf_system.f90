@@ -8,7 +8,7 @@ module rf_system
    public :: is_terminal, path_exists, is_folder, is_readable, read_whole, make_folders, rename_file, remove_file, link_file, &
       sync_file, sync_folder, real_path, host_name, environment, process_id, exit_program, catch_save_signal, &
       catch_leave_signals, leave_signal, told_to_leave, told_to_save, refuse_large_files, read_ok, read_missing, &
-      read_folder, read_refused, read_failed, read_too_large, largest_file
+      read_folder, read_refused, read_failed, read_too_large, largest_file, last_error, last_reason, would_block
 
    !> what read_whole found
    integer, parameter :: read_ok = 0, read_missing = 1, read_folder = 2, read_refused = 3, read_failed = 4, read_too_large = 5
@@ -16,6 +16,9 @@ module rf_system
    integer, parameter :: largest_file = 1073741823
 
    integer(c_int), parameter :: may_exist = 0, may_read = 4
+   !> errors (Linux's errno.h): EWOULDBLOCK; EACCES, EINVAL, EOPNOTSUPP
+   integer, parameter :: would_block = 11
+   integer, parameter :: not_permitted = 13, not_for_this = 22, not_supported = 95
    !> numbers of Linux
    integer(c_int), parameter :: signal_interrupt = 2, signal_user_1 = 10, signal_terminate = 15, signal_file_size = 25
    !> SIG_IGN of signal.h: the handler that does nothing
@@ -266,17 +269,30 @@ contains
    !> What the system says of the call that failed last.
    function last_reason() result(reason)
       character(len=:), allocatable :: reason
-      integer(c_int), pointer :: number
+      reason = reason_of(last_error())
+   end function last_reason
+
+   !> Number of the error of the call that failed last (errno.h).
+   integer function last_error() result(number)
+      integer(c_int), pointer :: place
+      call c_f_pointer(c_errno_location(), place)
+      number = int(place)
+   end function last_error
+
+   !> What the system says of an error.
+   function reason_of(number) result(reason)
+      !> as `last_error`
+      integer, intent(in) :: number
+      character(len=:), allocatable :: reason
       character(kind=c_char) :: text(longest_reason)
       integer :: i
-      call c_f_pointer(c_errno_location(), number)
       reason = ''
-      if (c_strerror(number, text, int(longest_reason, c_size_t)) /= 0) return
+      if (c_strerror(int(number, c_int), text, int(longest_reason, c_size_t)) /= 0) return
       do i = 1, longest_reason
          if (text(i) == c_null_char) exit
          reason = reason//text(i)
       end do
-   end function last_reason
+   end function reason_of
 
    !> Give a file a second name, which must not exist yet. True when done (not every file system can).
    logical function link_file(old, new) result(done)
@@ -295,28 +311,45 @@ contains
    end function remove_file
 
    !> Wait until what was written to a closed or flushed file lies on the disk; true when it does.
-   logical function sync_file(path) result(done)
+   logical function sync_file(path, reason) result(done)
       !> path of the file
       character(len=*), intent(in) :: path
-      done = synced(path, 'r+')
+      !> why it does not, as the system says it
+      character(len=:), allocatable, intent(out), optional :: reason
+      integer :: number
+      done = synced(path, 'r+', number)
+      if (.not. done .and. present(reason)) reason = reason_of(number)
    end function sync_file
 
-   !> Wait until the names of a folder's files lie on the disk; true when they do.
-   logical function sync_folder(path) result(done)
-      !> path of the folder
+   !> Wait until the names of a folder's files lie on the disk; true when they do, also where the system knows no such thing: a
+   !> file system that cannot bring folders to the disk, a folder that may be written to but not read.
+   logical function sync_folder(path, reason) result(done)
+      !> path of the folder; empty: the working directory
       character(len=*), intent(in) :: path
-      done = synced(path, 'r')
+      !> why they do not, as the system says it
+      character(len=:), allocatable, intent(out), optional :: reason
+      integer :: number
+      if (len(path) == 0) then
+         done = synced('.', 'r', number)
+      else
+         done = synced(path, 'r', number)
+      end if
+      done = done .or. number == not_permitted .or. number == not_for_this .or. number == not_supported
+      if (.not. done .and. present(reason)) reason = reason_of(number)
    end function sync_folder
 
-   logical function synced(path, mode) result(done)
+   logical function synced(path, mode, number) result(done)
       character(len=*), intent(in) :: path, mode
+      !> of the error, 0 if there was none
+      integer, intent(out) :: number
       type(c_ptr) :: file
       integer(c_int) :: status
       done = .false.
       file = c_fopen(path//c_null_char, mode//c_null_char)
-      if (.not. c_associated(file)) return
-      done = c_fsync(c_fileno(file)) == 0
-      status = c_fclose(file)
+      if (c_associated(file)) done = c_fsync(c_fileno(file)) == 0
+      number = 0
+      if (.not. done) number = last_error()
+      if (c_associated(file)) status = c_fclose(file)
    end function synced
 
    !> Absolute path without links and dots; the path itself if it does not exist.

@@ -4,11 +4,11 @@
 !> It writes through C's stdio because gfortran's FLUSH and CLOSE keep quiet about a full disk (libgfortran 12 drops what the system
 !> says). After the first failure further output is dropped; `flush` and `close` hand the error back.
 module rf_text_file
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_long, c_null_char, c_null_ptr, c_ptr, &
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_long, c_null_char, c_null_ptr, c_ptr, &
       c_size_t
    use rf_kinds, only: i8
    use rf_archive, only: archive_t
-   use rf_system, only: refuse_large_files, remove_file, path_exists
+   use rf_system, only: refuse_large_files, remove_file, path_exists, last_error, last_reason, would_block
    use rf_text, only: to_text
    implicit none
    private
@@ -19,8 +19,6 @@ module rf_text_file
    integer(c_int), parameter :: from_beginning = 0_c_int, from_end = 2_c_int
    !> flock: alone, without waiting (sys/file.h)
    integer(c_int), parameter :: lock_alone = 6_c_int
-   !> longest reason that is kept [characters]
-   integer, parameter :: reason_length = 200
 
    type, public :: text_file_t
       !> where it is
@@ -114,15 +112,6 @@ module rf_text_file
          type(c_ptr), value :: stream
          integer(c_int) :: status
       end function c_fclose
-      function c_errno_location() bind(c, name='__errno_location') result(place)
-         import :: c_ptr
-         type(c_ptr) :: place
-      end function c_errno_location
-      function c_strerror(number) bind(c, name='strerror') result(text)
-         import :: c_ptr, c_int
-         integer(c_int), value :: number
-         type(c_ptr) :: text
-      end function c_strerror
    end interface
 
 contains
@@ -159,7 +148,8 @@ contains
       call archive%exchange('length', this%kept)
    end subroutine exchange
 
-   !> Go on with the file of a checkpoint: what was written after it is cut off.
+   !> Go on with the file of a checkpoint. To look only: it becomes this process's alone, and stays so, and nothing is changed. Then
+   !> what was written after the checkpoint is cut off.
    subroutine go_on(this, path, look_only, error)
       class(text_file_t), intent(inout) :: this
       character(len=*), intent(in) :: path
@@ -171,42 +161,44 @@ contains
          error = path//': is missing; the run cannot go on without it'
          return
       end if
+      if (.not. this%opened) call open_alone(this, path)
+      if (allocated(this%failure)) then
+         error = this%failure
+         return
+      end if
       inquire (file=path, size=length)
       if (length < this%kept) then
          error = path//': has '//to_text(length)//' bytes, the checkpoint knows '//to_text(this%kept)// &
                  '; the run cannot go on with it'
          return
       end if
+      if (look_only) return
+      call this%note(c_ftruncate(c_fileno(this%stream), int(this%kept, c_long)) == 0, 'write to')
+      call this%note(c_fseek(this%stream, 0_c_long, from_end) == 0, 'write to')
+      this%written = this%kept
+      this%finished = this%kept
+      this%used = 0
+      if (allocated(this%failure)) error = this%failure
+   end subroutine go_on
+
+   !> Open a file that is there, which nobody else may be writing. (A file system without locks tells nothing of others.)
+   subroutine open_alone(this, path)
+      type(text_file_t), intent(inout) :: this
+      character(len=*), intent(in) :: path
+      integer(c_int) :: status
       call refuse_large_files()
       this%path = path
       if (.not. allocated(this%buffer)) allocate (character(len=buffer_size) :: this%buffer)
       this%stream = c_fopen(path//c_null_char, 'r+'//c_null_char)
       this%opened = c_associated(this%stream)
       call this%note(this%opened, 'write to')
-      if (this%opened) call look_and_cut(this, look_only)
-      if (allocated(this%failure)) error = this%failure
-   end subroutine go_on
-
-   !> Nobody else may be writing; then cut to the length that is known.
-   subroutine look_and_cut(this, look_only)
-      type(text_file_t), intent(inout) :: this
-      logical, intent(in) :: look_only
-      integer(c_int) :: status
-      if (c_flock(c_fileno(this%stream), lock_alone) /= 0) then
-         if (index(system_reason(), 'temporarily unavailable') > 0) &
-            this%failure = this%path//': is being written by another run'
-      end if
-      if (look_only .or. allocated(this%failure)) then
-         status = c_fclose(this%stream)
-         this%opened = .false.
-         return
-      end if
-      call this%note(c_ftruncate(c_fileno(this%stream), int(this%kept, c_long)) == 0, 'write to')
-      call this%note(c_fseek(this%stream, 0_c_long, from_end) == 0, 'write to')
-      this%written = this%kept
-      this%finished = this%kept
-      this%used = 0
-   end subroutine look_and_cut
+      if (.not. this%opened) return
+      if (c_flock(c_fileno(this%stream), lock_alone) == 0) return
+      if (last_error() /= would_block) return
+      this%failure = this%path//': is being written by another run'
+      status = c_fclose(this%stream)
+      this%opened = .false.
+   end subroutine open_alone
 
    !> Keep the first error. Call it right after the failing call.
    subroutine note(this, good, what)
@@ -216,23 +208,8 @@ contains
       !> what was tried with the file: create, write to, finish
       character(len=*), intent(in) :: what
       if (good .or. allocated(this%failure)) return
-      this%failure = this%path//': cannot '//what//' this file: '//system_reason()
+      this%failure = this%path//': cannot '//what//' this file: '//last_reason()
    end subroutine note
-
-   !> Why the last call of C's library failed.
-   function system_reason() result(reason)
-      character(len=:), allocatable :: reason
-      integer(c_int), pointer :: number
-      character(kind=c_char), pointer :: letters(:)
-      integer :: i
-      call c_f_pointer(c_errno_location(), number)
-      call c_f_pointer(c_strerror(number), letters, [reason_length])
-      reason = ''
-      do i = 1, reason_length
-         if (letters(i) == c_null_char) exit
-         reason = reason//letters(i)
-      end do
-   end function system_reason
 
    !> Add text at the end.
    subroutine put(this, text)
