@@ -127,6 +127,11 @@ contains
          call self%look_up(name, found)
          if (.not. allocated(self%error) .and. found%present .and. (found%element /= datum%element &
              .or. found%rank /= datum%rank)) call self%fail(name//' has another type or number of dimensions')
+         if (datum%rank == 0 .and. .not. found%present) call self%fail(name//' has no value')
+         if (present(used) .and. found%present .and. .not. allocated(self%error)) then
+            if (found%upper(datum%rank) /= max(used, found%lower(datum%rank) - 1)) &
+               call self%fail(name//' has '//to_text(found%extent(datum%rank))//' entities, not '//to_text(used))
+         end if
          datum%present = found%present
          datum%lower = found%lower
          datum%extent = found%extent
@@ -534,6 +539,8 @@ contains
       if (.not. self%reading .or. allocated(self%error)) return
       if (allocated(texts)) deallocate (texts)
       if (.not. (allocated(length) .and. allocated(all_texts))) return
+      if (sum(max(0_i8, int(length, i8))) /= len(all_texts)) call self%fail(name//' has texts of another length')
+      if (allocated(self%error)) return
       allocate (texts(size(length)))
       place = 0
       do i = 1, size(length)
@@ -563,11 +570,9 @@ contains
       if (.not. self%reading .or. allocated(self%error)) return
       if (allocated(texts)) deallocate (texts)
       if (.not. allocated(all_texts)) return
+      if (n < 0 .or. int(n, i8)*len(texts) /= len(all_texts)) call self%fail(name//' has texts of another length')
+      if (allocated(self%error)) return
       allocate (texts(n))
-      if (len(all_texts) /= n*len(texts)) then
-         call self%fail(name//' has texts of another length')
-         return
-      end if
       do i = 1, n
          texts(i) = all_texts((i - 1)*len(texts) + 1:i*len(texts))
       end do

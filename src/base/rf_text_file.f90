@@ -8,6 +8,7 @@ module rf_text_file
       c_size_t
    use rf_kinds, only: i8
    use rf_archive, only: archive_t
+   use rf_checksum, only: checksum_t, checksum_of_file
    use rf_system, only: refuse_large_files, remove_file, path_exists, last_error, last_reason, would_block
    use rf_text, only: to_text
    implicit none
@@ -36,8 +37,11 @@ module rf_text_file
       character(len=:), allocatable, private :: failure
       !> length that a checkpoint knows [characters]
       integer(i8), private :: kept = 0
+      !> of all characters that went to the file, unless some of them have been overwritten since
+      type(checksum_t), private :: sum
+      logical, private :: sum_holds = .true.
    contains
-      procedure :: create
+      procedure :: create, append
       procedure :: exchange
       procedure :: go_on
       procedure :: put
@@ -133,8 +137,22 @@ contains
       if (allocated(this%failure)) error = this%failure
    end subroutine create
 
-   !> To or from a checkpoint: how long the file is. (Derived: path, stream, opened, made_here, buffer, used, failure belong to the
-   !> process; written, finished are kept.) What the checkpoint knows has to be on the disk before it.
+   !> Open an existing file to add to its end.
+   subroutine append(this, path, error)
+      class(text_file_t), intent(out) :: this
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable, intent(out) :: error
+      call refuse_large_files()
+      this%path = path
+      allocate (character(len=buffer_size) :: this%buffer)
+      this%stream = c_fopen(path//c_null_char, 'a'//c_null_char)
+      this%opened = c_associated(this%stream)
+      call this%note(this%opened, 'write to')
+      if (allocated(this%failure)) error = this%failure
+   end subroutine append
+
+   !> To or from a checkpoint: how long the file is, and what is in it. (Derived: path, stream, opened, made_here, buffer, used,
+   !> failure belong to the process; written, finished are kept.) What the checkpoint knows has to be on the disk before it.
    subroutine exchange(this, archive)
       class(text_file_t), intent(inout) :: this
       class(archive_t), intent(inout) :: archive
@@ -146,6 +164,10 @@ contains
          this%kept = this%position()
       end if
       call archive%exchange('length', this%kept)
+      call archive%exchange('sum_holds', this%sum_holds)
+      call archive%enter('sum')
+      call this%sum%exchange(archive)
+      call archive%leave()
    end subroutine exchange
 
    !> Go on with the file of a checkpoint. To look only: it becomes this process's alone, and stays so, and nothing is changed. Then
@@ -172,7 +194,12 @@ contains
                  '; the run cannot go on with it'
          return
       end if
-      if (look_only) return
+      if (look_only) then
+         if (.not. this%sum_holds) return
+         if (was_changed(this, path)) error = path//': the '//to_text(this%kept)//' bytes that the checkpoint knows '// &
+                                              'were changed since; the run cannot go on with it'
+         return
+      end if
       call this%note(c_ftruncate(c_fileno(this%stream), int(this%kept, c_long)) == 0, 'write to')
       call this%note(c_fseek(this%stream, 0_c_long, from_end) == 0, 'write to')
       this%written = this%kept
@@ -199,6 +226,17 @@ contains
       status = c_fclose(this%stream)
       this%opened = .false.
    end subroutine open_alone
+
+   !> Whether the file does not begin with what the checkpoint knows of it.
+   logical function was_changed(this, path)
+      type(text_file_t), intent(in) :: this
+      character(len=*), intent(in) :: path
+      type(checksum_t) :: found, known
+      logical :: good
+      known = this%sum
+      call checksum_of_file(path, this%kept, found, good)
+      was_changed = .not. good .or. found%hex() /= known%hex()
+   end function was_changed
 
    !> Keep the first error. Call it right after the failing call.
    subroutine note(this, good, what)
@@ -242,6 +280,7 @@ contains
          done = c_fwrite(this%buffer, 1_c_size_t, int(this%used, c_size_t), this%stream)
          call this%note(done == this%used, 'write to')
          this%written = this%written + this%used
+         if (this%sum_holds) call this%sum%add(this%buffer(:this%used))
       end if
       this%used = 0
    end subroutine empty_buffer
@@ -260,6 +299,7 @@ contains
       character(len=*), intent(in) :: text
       integer(c_size_t) :: done
       call this%empty_buffer()
+      this%sum_holds = .false.
       if (.not. this%opened .or. allocated(this%failure)) return
       call this%note(c_fseek(this%stream, int(place, c_long), from_beginning) == 0, 'write to')
       if (allocated(this%failure)) return

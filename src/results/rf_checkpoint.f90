@@ -1,12 +1,17 @@
 !> The checkpoint of a run, JOB.rst.h5: the deck's text and all state. From it a run goes on with the same bits (docs/results.md).
 !>
 !> Writing: `begin_writing`, the types' `exchange`, `finish_writing`. The file gets its name only when it is complete and lies on
-!> the disk; the one before is kept as JOB.rst.1.h5, so that a valid one exists at any time.
-!> Reading: `begin_reading` refuses with the reason what is no complete checkpoint of this version; the types' `exchange` finds what
-!> was damaged; `finish_reading` what this version does not know. Only then has the state been read.
-!> Format 2: the program's version and build come first, the run has an identity.
+!> the disk; the one before is kept as JOB.rst.1.h5, so that a valid one exists at any time. Behind what HDF5 has written stands a
+!> line with the checksum of all of it.
+!> Reading: `begin_reading` refuses with the reason what is no complete checkpoint of this version, before HDF5 sees it where the
+!> checksum does not fit (a damaged file can make the library crash or loop); the types' `exchange` finds what has another kind
+!> or size; `finish_reading` what this version does not know. Only then has the state been read.
+!> Format 3: the program's version and build come first, the run has an identity. 2: the line with the checksum.
 module rf_checkpoint
    use rf_archive, only: archive_t, datum_t
+   use rf_kinds, only: i8
+   use rf_checksum, only: checksum_t, checksum_of_file
+   use rf_text_file, only: text_file_t
    use rf_hdf5_archive, only: hdf5_archive_t
    use rf_provenance, only: provenance_t
    use rf_system, only: path_exists, is_folder, is_readable, remove_file, rename_file, link_file, sync_file, sync_folder
@@ -16,9 +21,14 @@ module rf_checkpoint
    public :: checkpoint_path, previous_path, remove_unfinished
 
    !> the layout of the file; to be raised whenever an older program could not read it, or could misread it
-   integer, parameter, public :: checkpoint_format = 2
+   integer, parameter, public :: checkpoint_format = 3
    !> what the file calls itself
    character(len=*), parameter :: what_it_is = 'rfem checkpoint'
+   !> the last line of the file: this, the checksum of what stands before the line, and an end of line
+   character(len=*), parameter :: seal_words = what_it_is//' ends here, checksum '
+   integer, parameter :: seal_length = len(seal_words) + 16 + 1
+   !> what every HDF5 file begins with
+   character(len=*), parameter :: signature = achar(137)//'HDF'
 
    type, extends(hdf5_archive_t), public :: checkpoint_t
       !> of the run that wrote it: deck, program, machine, start; its text of the deck is the one to be read again
@@ -103,9 +113,61 @@ contains
          call self%file%close(error)
          if (allocated(error)) call self%fail(error)
       end if
+      if (.not. allocated(self%error)) then
+         call seal(self%file%path, error)
+         if (allocated(error)) call self%fail(error)
+      end if
       if (.not. allocated(self%error)) call self%take_its_name()
       if (allocated(self%error)) call self%abandon()
    end subroutine finish_writing
+
+   !> Add the line with the checksum.
+   subroutine seal(path, error)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable, intent(out) :: error
+      type(text_file_t) :: file
+      type(checksum_t) :: sum
+      integer(i8) :: length
+      logical :: good
+      inquire (file=path, size=length)
+      call checksum_of_file(path, length, sum, good)
+      if (.not. good) error = path//': cannot be read again'
+      if (allocated(error)) return
+      call file%append(path, error)
+      if (allocated(error)) return
+      call file%put_line(seal_words//sum%hex())
+      call file%close(error)
+   end subroutine seal
+
+   !> Look whether a file is what was sealed; unallocated means that it is.
+   subroutine check_seal(path, error)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable, intent(out) :: error
+      character(len=seal_length) :: found
+      character(len=len(signature)) :: beginning
+      type(checksum_t) :: sum
+      integer(i8) :: length
+      integer :: unit, status
+      logical :: good
+      inquire (file=path, size=length)
+      found = ''
+      beginning = ''
+      open (newunit=unit, file=path, access='stream', form='unformatted', status='old', action='read', iostat=status)
+      if (status == 0) then
+         read (unit, iostat=status) beginning
+         if (length > seal_length) read (unit, pos=length - seal_length + 1, iostat=status) found
+         close (unit)
+      end if
+      if (beginning /= signature) then
+         error = path//': this is no HDF5 file, or its beginning is damaged'
+      else if (found(:len(seal_words)) /= seal_words .or. found(seal_length:) /= new_line('a')) then
+         error = path//': is no checkpoint of rfem, or it was cut short or not finished'
+      else
+         call checksum_of_file(path, length - seal_length, sum, good)
+         if (.not. good .or. sum%hex() /= found(len(seal_words) + 1:seal_length - 1)) &
+            error = path//': the file is damaged: its checksum does not fit'
+      end if
+   end subroutine check_seal
 
    !> The finished file replaces the checkpoint, which becomes the previous one: a second name for it first, so that neither is
    !> ever missing; where the file system knows no second names it is renamed.
@@ -219,6 +281,8 @@ contains
          else if (.not. is_readable(path)) then
             error = path//': may not be read'
          else
+            call check_seal(path, error)
+            if (allocated(error)) return
             call self%file%open(path, .false., error)
             if (allocated(error)) error = damaged(error)
          end if

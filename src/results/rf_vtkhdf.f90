@@ -13,6 +13,7 @@ module rf_vtkhdf
    use rf_kinds, only: wp, i1, i8
    use rf_archive, only: archive_t
    use rf_hdf5, only: hdf5_file_t
+   use rf_system, only: path_exists
    use rf_hdf5_series, only: hdf5_series_t, real_64, real_32, integer_64, integer_32, byte_8
    implicit none
    private
@@ -185,7 +186,8 @@ contains
       this%kept_geometries = [this%point_fields%geometry, this%cell_fields%geometry]
    end subroutine keep_rows
 
-   !> Go on with the file of a checkpoint: what was written after it is cut off.
+   !> Go on with the file of a checkpoint: what was written after it is cut off. One that had no frame yet is made anew, for its
+   !> datasets suit the first geometry.
    subroutine go_on(this, path, cell_type, point_fields, cell_fields, look_only, error)
       class(vtkhdf_file_t), intent(inout) :: this
       !> as of `create`
@@ -196,6 +198,11 @@ contains
       logical, intent(in) :: look_only
       character(len=:), allocatable, intent(out) :: error
       character(len=:), allocatable :: problem
+      if (.not. this%started) then
+         if (.not. path_exists(path)) error = path//': is missing; the run cannot go on without it'
+         if (.not. (look_only .or. allocated(error))) call this%create(path, cell_type, point_fields, cell_fields, error)
+         return
+      end if
       this%cell_type = cell_type
       this%nodes_per_cell = merge(2, 3, cell_type == vtk_line)
       call describe_fields(point_fields, 'PointData', this%point_fields)
@@ -220,11 +227,9 @@ contains
       integer :: i, n, m
       n = size(this%point_fields)
       m = size(this%cell_fields)
-      if (.not. this%started .or. .not. allocated(this%kept_rows)) then
-         error = this%file%path//': had no frame yet; the run cannot go on with it'
-      else if (size(this%kept_rows) /= layout_size + 2*(n + m)) then
-         error = this%file%path//': has other fields than the checkpoint'
-      end if
+      i = 0
+      if (allocated(this%kept_rows)) i = size(this%kept_rows)
+      if (i /= layout_size + 2*(n + m)) error = this%file%path//': has other fields than the checkpoint'
       do i = 1, layout_size
          if (.not. allocated(error)) call this%layout(i)%cut(this%file, this%kept_rows(i), look_only, error)
       end do

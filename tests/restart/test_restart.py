@@ -243,6 +243,12 @@ def test_the_wall_clock_limit(whole, tmp_path):
     assert tables(tmp_path) == tables(whole("shear_box")[2])
 
 
+def edit_a_digit(folder):
+    path = folder / "j_history.csv"
+    head, row = path.read_text().split("\n", 1)
+    path.write_text(head + "\n" + row.replace("1", "2", 1))
+
+
 def test_what_cannot_be_gone_on_with(tmp_path):
     """Damaged, cut short, no checkpoint at all, without its results: the reason, status 3, and nothing is changed."""
     assert cut(200, SMALL, "--output", tmp_path / "good", "--job", "j", "--quiet").returncode == 4
@@ -273,5 +279,7 @@ def test_what_cannot_be_gone_on_with(tmp_path):
     with h5py.File(tmp_path / "good" / "j.rst.h5") as file:  # a byte of a datum: there is empty space too
         at = file["last/ux"].id.get_chunk_info(0).byte_offset + 8
     refused(rewrite(lambda content: content[:at] + bytes([content[at] ^ 64]) + content[at + 1 :]), "damaged")
+    refused(rewrite(lambda content: content + b"x"), "j.rst.h5")
+    refused(edit_a_digit, "j_history.csv: the ", " bytes that the checkpoint knows were changed since")
     for name in ("j_history.csv", "j.vtkhdf", "j_cracks.vtkhdf", "j.h5"):
         refused(lambda folder, name=name: os.truncate(folder / name, (folder / name).stat().st_size // 2), name)
