@@ -147,8 +147,7 @@ contains
             status = exit_not_written
             if (self%opened) call simulation%recorder%discard(self%resumable)
             write (error_unit, '(a)') 'rfem: error: '//error
-            if ((self%opened .or. self%resumable) .and. path_exists(self%prefix()//'.h5')) &
-               write (error_unit, '(a)') 'rfem: note: the results up to there are kept'//last_checkpoint(self%prefix())
+            if (self%opened .or. self%resumable) call tell_what_is_left(self%prefix())
             return
          end if
          if (status == exit_interrupted) then
@@ -201,6 +200,13 @@ contains
          end if
       end associate
    end subroutine finish
+
+   !> A run could not write something: what there is of it.
+   subroutine tell_what_is_left(prefix)
+      character(len=*), intent(in) :: prefix
+      if (path_exists(prefix//'.h5')) &
+         write (error_unit, '(a)') 'rfem: note: the results up to there are kept'//last_checkpoint(prefix)
+   end subroutine tell_what_is_left
 
    !> What a run can go on from that could not write something.
    function last_checkpoint(prefix) result(text)

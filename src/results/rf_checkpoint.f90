@@ -28,7 +28,7 @@ module rf_checkpoint
    character(len=*), parameter :: seal_words = what_it_is//' ends here, checksum '
    integer, parameter :: seal_length = len(seal_words) + 16 + 1
    !> what every HDF5 file begins with
-   character(len=*), parameter :: signature = achar(137)//'HDF'
+   character(len=*), parameter :: signature = char(137)//'HDF'
 
    type, extends(hdf5_archive_t), public :: checkpoint_t
       !> of the run that wrote it: deck, program, machine, start; its text of the deck is the one to be read again
@@ -155,10 +155,10 @@ contains
       open (newunit=unit, file=path, access='stream', form='unformatted', status='old', action='read', iostat=status)
       if (status == 0) then
          read (unit, iostat=status) beginning
-         if (length > seal_length) read (unit, pos=length - seal_length + 1, iostat=status) found
+         if (status == 0 .and. length > seal_length) read (unit, pos=length - seal_length + 1, iostat=status) found
          close (unit)
       end if
-      if (beginning /= signature) then
+      if (status /= 0 .or. beginning /= signature) then
          error = path//': this is no HDF5 file, or its beginning is damaged'
       else if (found(:len(seal_words)) /= seal_words .or. found(seal_length:) /= new_line('a')) then
          error = path//': is no checkpoint of rfem, or it was cut short or not finished'

@@ -86,7 +86,7 @@ contains
       if (allocated(error)) return
       call list_event_columns(self, columns)
       call self%events%create(prefix//'_events.csv', file, '/rfem/events', columns, error)
-      allocate (self%before(2, size(self%monitors)))
+      allocate (self%before(2, size(self%monitors)), source=0.0_wp)
    end subroutine create
 
    !> To or from a checkpoint. (Derived: monitors, lines follow from the deck.)
