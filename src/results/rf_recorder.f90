@@ -86,7 +86,7 @@ contains
    end subroutine name_files
 
    !> To or from a checkpoint: what the result files hold. (Derived: provenance is the checkpoint's origin; files, output follow
-   !> from the deck; watch is of one process.)
+   !> from the deck; file, watch are of one process.)
    subroutine exchange(self, archive)
       class(recorder_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
