@@ -1,14 +1,16 @@
-!> The operating system: files and folders, terminal, signals, environment. The one file that calls C's library for them.
+!> The operating system: files and folders, terminal, signals, environment. The one file that calls C's library for them (what is in
+!> files: rf_stream).
 module rf_system
    use, intrinsic :: iso_c_binding, only: c_char, c_funloc, c_funptr, c_int, c_intptr_t, c_null_char, &
-      c_null_funptr, c_ptr, c_size_t, c_associated, c_f_pointer
+      c_null_funptr, c_ptr, c_size_t, c_associated
    use rf_kinds, only: i8
+   use rf_stream, only: stream_t, last_error, last_reason, reason_of
    implicit none
    private
    public :: is_terminal, path_exists, is_folder, is_readable, read_whole, make_folders, rename_file, remove_file, link_file, &
       sync_file, sync_folder, real_path, host_name, environment, process_id, exit_program, catch_save_signal, &
       catch_leave_signals, leave_signal, told_to_leave, told_to_save, refuse_large_files, read_ok, read_missing, &
-      read_folder, read_refused, read_failed, read_too_large, largest_file, last_error, last_reason, would_block
+      read_folder, read_refused, read_failed, read_too_large, largest_file
 
    !> what read_whole found
    integer, parameter :: read_ok = 0, read_missing = 1, read_folder = 2, read_refused = 3, read_failed = 4, read_too_large = 5
@@ -16,14 +18,13 @@ module rf_system
    integer, parameter :: largest_file = 1073741823
 
    integer(c_int), parameter :: may_exist = 0, may_read = 4
-   !> errors (Linux's errno.h): EWOULDBLOCK; EACCES, EINVAL, EOPNOTSUPP
-   integer, parameter :: would_block = 11
+   !> errors (Linux's errno.h): EACCES, EINVAL, EOPNOTSUPP
    integer, parameter :: not_permitted = 13, not_for_this = 22, not_supported = 95
    !> numbers of Linux
    integer(c_int), parameter :: signal_interrupt = 2, signal_user_1 = 10, signal_terminate = 15, signal_file_size = 25
    !> SIG_IGN of signal.h: the handler that does nothing
    integer(c_intptr_t), parameter :: ignoring = 1_c_intptr_t
-   integer, parameter :: longest_path = 4096, longest_reason = 256
+   integer, parameter :: longest_path = 4096
    integer, parameter :: first_chunk = 65536
    !> permissions of a new folder, cut down by the user's mask: rwxrwxrwx
    integer(c_int), parameter :: folder_mode = 511_c_int
@@ -64,17 +65,6 @@ module rf_system
          character(kind=c_char), intent(in) :: old(*), new(*)
          integer(c_int) :: status
       end function c_rename
-      function c_errno_location() bind(c, name='__errno_location') result(place)
-         import :: c_ptr
-         type(c_ptr) :: place
-      end function c_errno_location
-      function c_strerror(number, text, length) bind(c, name='__xpg_strerror_r') result(status)
-         import :: c_int, c_char, c_size_t
-         integer(c_int), value :: number
-         character(kind=c_char), intent(inout) :: text(*)
-         integer(c_size_t), value :: length
-         integer(c_int) :: status
-      end function c_strerror
       function c_link(old, new) bind(c, name='link') result(status)
          import :: c_int, c_char
          character(kind=c_char), intent(in) :: old(*), new(*)
@@ -91,44 +81,6 @@ module rf_system
          character(kind=c_char), intent(inout) :: resolved(*)
          type(c_ptr) :: place
       end function c_realpath
-      function c_fopen(path, mode) bind(c, name='fopen') result(file)
-         import :: c_ptr, c_char
-         character(kind=c_char), intent(in) :: path(*), mode(*)
-         type(c_ptr) :: file
-      end function c_fopen
-      function c_fdopen(descriptor, mode) bind(c, name='fdopen') result(file)
-         import :: c_ptr, c_char, c_int
-         integer(c_int), value :: descriptor
-         character(kind=c_char), intent(in) :: mode(*)
-         type(c_ptr) :: file
-      end function c_fdopen
-      function c_fread(buffer, size, number, file) bind(c, name='fread') result(got)
-         import :: c_ptr, c_char, c_size_t
-         character(kind=c_char), intent(inout) :: buffer(*)
-         integer(c_size_t), value :: size, number
-         type(c_ptr), value :: file
-         integer(c_size_t) :: got
-      end function c_fread
-      function c_ferror(file) bind(c, name='ferror') result(status)
-         import :: c_ptr, c_int
-         type(c_ptr), value :: file
-         integer(c_int) :: status
-      end function c_ferror
-      function c_fileno(file) bind(c, name='fileno') result(descriptor)
-         import :: c_ptr, c_int
-         type(c_ptr), value :: file
-         integer(c_int) :: descriptor
-      end function c_fileno
-      function c_fsync(descriptor) bind(c, name='fsync') result(status)
-         import :: c_int
-         integer(c_int), value :: descriptor
-         integer(c_int) :: status
-      end function c_fsync
-      function c_fclose(file) bind(c, name='fclose') result(status)
-         import :: c_ptr, c_int
-         type(c_ptr), value :: file
-         integer(c_int) :: status
-      end function c_fclose
       function c_gethostname(name, length) bind(c, name='gethostname') result(status)
          import :: c_int, c_char, c_size_t
          character(kind=c_char), intent(inout) :: name(*)
@@ -193,13 +145,13 @@ contains
       character(len=:), allocatable, intent(out) :: text
       !> read_ok, read_missing, read_folder, read_refused, read_failed or read_too_large
       integer, intent(out) :: status
-      type(c_ptr) :: file
+      type(stream_t) :: file
       integer(i8) :: size_told
-      integer(c_int) :: closed
+      logical :: opened, closed
       text = ''
       size_told = 0
       if (len(path) == 0) then
-         file = c_fdopen(0_c_int, 'r'//c_null_char)
+         opened = file%open_input()
          status = read_failed
       else
          status = read_missing
@@ -207,17 +159,17 @@ contains
          status = read_folder
          if (is_folder(path)) return
          status = read_refused
-         file = c_fopen(path//c_null_char, 'r'//c_null_char)
+         opened = file%open(path, 'r')
          inquire (file=path, size=size_told)
       end if
-      if (.not. c_associated(file)) return
+      if (.not. opened) return
       call read_stream(file, max(size_told, 0_i8), text, status)
-      if (len(path) > 0) closed = c_fclose(file)
+      if (len(path) > 0) closed = file%close()
    end subroutine read_whole
 
    !> Read an open stream to its end; the buffer doubles when the size was not told.
    subroutine read_stream(file, size_told, text, status)
-      type(c_ptr), intent(in) :: file
+      type(stream_t), intent(inout) :: file
       integer(i8), intent(in) :: size_told
       character(len=:), allocatable, intent(out) :: text
       integer, intent(out) :: status
@@ -229,7 +181,7 @@ contains
       allocate (character(len=max(size_told + 1_i8, int(first_chunk, i8))) :: buffer)
       used = 0
       do
-         got = int(c_fread(buffer(used + 1:), 1_c_size_t, int(len(buffer, i8) - used, c_size_t), file), i8)
+         got = file%read(buffer(used + 1:))
          if (got <= 0) exit
          used = used + got
          if (used > int(largest_file, i8)) return
@@ -239,7 +191,7 @@ contains
             call move_alloc(larger, buffer)
          end if
       end do
-      status = merge(read_ok, read_failed, c_ferror(file) == 0)
+      status = merge(read_ok, read_failed, file%is_sound())
       text = buffer(:used)
    end subroutine read_stream
 
@@ -265,34 +217,6 @@ contains
       done = c_rename(old//c_null_char, new//c_null_char) == 0
       if (.not. done .and. present(reason)) reason = last_reason()
    end function rename_file
-
-   !> What the system says of the call that failed last.
-   function last_reason() result(reason)
-      character(len=:), allocatable :: reason
-      reason = reason_of(last_error())
-   end function last_reason
-
-   !> Number of the error of the call that failed last (errno.h).
-   integer function last_error() result(number)
-      integer(c_int), pointer :: place
-      call c_f_pointer(c_errno_location(), place)
-      number = int(place)
-   end function last_error
-
-   !> What the system says of an error.
-   function reason_of(number) result(reason)
-      !> as `last_error`
-      integer, intent(in) :: number
-      character(len=:), allocatable :: reason
-      character(kind=c_char) :: text(longest_reason)
-      integer :: i
-      reason = ''
-      if (c_strerror(int(number, c_int), text, int(longest_reason, c_size_t)) /= 0) return
-      do i = 1, longest_reason
-         if (text(i) == c_null_char) exit
-         reason = reason//text(i)
-      end do
-   end function reason_of
 
    !> Give a file a second name, which must not exist yet. True when done (not every file system can).
    logical function link_file(old, new) result(done)
@@ -342,14 +266,13 @@ contains
       character(len=*), intent(in) :: path, mode
       !> of the error, 0 if there was none
       integer, intent(out) :: number
-      type(c_ptr) :: file
-      integer(c_int) :: status
-      done = .false.
-      file = c_fopen(path//c_null_char, mode//c_null_char)
-      if (c_associated(file)) done = c_fsync(c_fileno(file)) == 0
+      type(stream_t) :: file
+      logical :: closed
+      done = file%open(path, mode)
+      if (done) done = file%sync()
       number = 0
       if (.not. done) number = last_error()
-      if (c_associated(file)) status = c_fclose(file)
+      if (file%is_open()) closed = file%close()
    end function synced
 
    !> Absolute path without links and dots; the path itself if it does not exist.

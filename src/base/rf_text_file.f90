@@ -1,30 +1,25 @@
 !> A text file that is being written: buffered, with every failure kept as an error text, and able to delete itself, or what of
 !> it was not finished when a write failed.
 !>
-!> It writes through C's stdio because gfortran's FLUSH and CLOSE keep quiet about a full disk (libgfortran 12 drops what the system
-!> says). After the first failure further output is dropped; `flush` and `close` hand the error back.
+!> It writes through C's stdio (rf_stream) because gfortran's FLUSH and CLOSE keep quiet about a full disk (libgfortran 12 drops what
+!> the system says). After the first failure further output is dropped; `flush` and `close` hand the error back.
 module rf_text_file
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_long, c_null_char, c_null_ptr, c_ptr, &
-      c_size_t
    use rf_kinds, only: i8
    use rf_archive, only: archive_t
    use rf_checksum, only: checksum_t, checksum_of_file
-   use rf_system, only: refuse_large_files, remove_file, path_exists, last_error, last_reason, would_block
+   use rf_system, only: refuse_large_files, remove_file, path_exists
+   use rf_stream, only: stream_t, last_error, last_reason, would_block
    use rf_text, only: to_text
    implicit none
    private
 
    !> characters collected before they go to the file
    integer, parameter :: buffer_size = 65536
-   !> whence of fseek: from the beginning, from the end (stdio.h)
-   integer(c_int), parameter :: from_beginning = 0_c_int, from_end = 2_c_int
-   !> flock: alone, without waiting (sys/file.h)
-   integer(c_int), parameter :: lock_alone = 6_c_int
 
    type, public :: text_file_t
       !> where it is
       character(len=:), allocatable :: path
-      type(c_ptr), private :: stream = c_null_ptr
+      type(stream_t), private :: stream
       logical, private :: opened = .false.
       !> this run made it, so `discard` may delete it
       logical, private :: made_here = .false.
@@ -55,69 +50,6 @@ module rf_text_file
       procedure, private :: empty_buffer, note
    end type text_file_t
 
-   interface
-      function c_fopen(path, mode) bind(c, name='fopen') result(stream)
-         import :: c_ptr, c_char
-         character(kind=c_char), intent(in) :: path(*), mode(*)
-         type(c_ptr) :: stream
-      end function c_fopen
-      function c_fwrite(text, size, number, stream) bind(c, name='fwrite') result(done)
-         import :: c_ptr, c_char, c_size_t
-         character(kind=c_char), intent(in) :: text(*)
-         integer(c_size_t), value :: size, number
-         type(c_ptr), value :: stream
-         integer(c_size_t) :: done
-      end function c_fwrite
-      function c_fflush(stream) bind(c, name='fflush') result(status)
-         import :: c_ptr, c_int
-         type(c_ptr), value :: stream
-         integer(c_int) :: status
-      end function c_fflush
-      function c_fseek(stream, offset, whence) bind(c, name='fseek') result(status)
-         import :: c_ptr, c_int, c_long
-         type(c_ptr), value :: stream
-         integer(c_long), value :: offset
-         integer(c_int), value :: whence
-         integer(c_int) :: status
-      end function c_fseek
-      function c_fileno(stream) bind(c, name='fileno') result(descriptor)
-         import :: c_ptr, c_int
-         type(c_ptr), value :: stream
-         integer(c_int) :: descriptor
-      end function c_fileno
-      function c_ftruncate(descriptor, length) bind(c, name='ftruncate') result(status)
-         import :: c_int, c_long
-         integer(c_int), value :: descriptor
-         integer(c_long), value :: length
-         integer(c_int) :: status
-      end function c_ftruncate
-      function c_dup(descriptor) bind(c, name='dup') result(second)
-         import :: c_int
-         integer(c_int), value :: descriptor
-         integer(c_int) :: second
-      end function c_dup
-      function c_close(descriptor) bind(c, name='close') result(status)
-         import :: c_int
-         integer(c_int), value :: descriptor
-         integer(c_int) :: status
-      end function c_close
-      function c_fsync(descriptor) bind(c, name='fsync') result(status)
-         import :: c_int
-         integer(c_int), value :: descriptor
-         integer(c_int) :: status
-      end function c_fsync
-      function c_flock(descriptor, how) bind(c, name='flock') result(status)
-         import :: c_int
-         integer(c_int), value :: descriptor, how
-         integer(c_int) :: status
-      end function c_flock
-      function c_fclose(stream) bind(c, name='fclose') result(status)
-         import :: c_ptr, c_int
-         type(c_ptr), value :: stream
-         integer(c_int) :: status
-      end function c_fclose
-   end interface
-
 contains
 
    !> Make the file; an existing one is replaced.
@@ -125,15 +57,14 @@ contains
       class(text_file_t), intent(out) :: this
       character(len=*), intent(in) :: path
       character(len=:), allocatable, intent(out) :: error
-      integer(c_int) :: status
+      logical :: locked
       call refuse_large_files()
       this%path = path
       allocate (character(len=buffer_size) :: this%buffer)
-      this%stream = c_fopen(path//c_null_char, 'w'//c_null_char)
-      this%opened = c_associated(this%stream)
+      this%opened = this%stream%open(path, 'w')
       call this%note(this%opened, 'create')
       this%made_here = this%opened
-      if (this%opened) status = c_flock(c_fileno(this%stream), lock_alone) ! so that no other run goes on with it
+      if (this%opened) locked = this%stream%lock()        ! so that no other run goes on with it
       if (allocated(this%failure)) error = this%failure
    end subroutine create
 
@@ -145,8 +76,7 @@ contains
       call refuse_large_files()
       this%path = path
       allocate (character(len=buffer_size) :: this%buffer)
-      this%stream = c_fopen(path//c_null_char, 'a'//c_null_char)
-      this%opened = c_associated(this%stream)
+      this%opened = this%stream%open(path, 'a')
       call this%note(this%opened, 'write to')
       if (allocated(this%failure)) error = this%failure
    end subroutine append
@@ -159,7 +89,7 @@ contains
       character(len=:), allocatable :: error
       if (.not. archive%reading) then
          call this%flush(error)
-         if (this%opened .and. .not. allocated(error)) call this%note(c_fsync(c_fileno(this%stream)) == 0, 'write to')
+         if (this%opened .and. .not. allocated(error)) call this%note(this%stream%sync(), 'write to')
          if (allocated(this%failure)) call archive%fail(this%failure)
          this%kept = this%position()
       end if
@@ -200,8 +130,8 @@ contains
                                               'were changed since; the run cannot go on with it'
          return
       end if
-      call this%note(c_ftruncate(c_fileno(this%stream), int(this%kept, c_long)) == 0, 'write to')
-      call this%note(c_fseek(this%stream, 0_c_long, from_end) == 0, 'write to')
+      call this%note(this%stream%cut(this%kept), 'write to')
+      call this%note(this%stream%go_to_end(), 'write to')
       this%written = this%kept
       this%finished = this%kept
       this%used = 0
@@ -212,18 +142,16 @@ contains
    subroutine open_alone(this, path)
       type(text_file_t), intent(inout) :: this
       character(len=*), intent(in) :: path
-      integer(c_int) :: status
       call refuse_large_files()
       this%path = path
       if (.not. allocated(this%buffer)) allocate (character(len=buffer_size) :: this%buffer)
-      this%stream = c_fopen(path//c_null_char, 'r+'//c_null_char)
-      this%opened = c_associated(this%stream)
+      this%opened = this%stream%open(path, 'r+')
       call this%note(this%opened, 'write to')
       if (.not. this%opened) return
-      if (c_flock(c_fileno(this%stream), lock_alone) == 0) return
+      if (this%stream%lock()) return
       if (last_error() /= would_block) return
       this%failure = this%path//': is being written by another run'
-      status = c_fclose(this%stream)
+      call this%stream%give_up()
       this%opened = .false.
    end subroutine open_alone
 
@@ -275,10 +203,8 @@ contains
 
    subroutine empty_buffer(this)
       class(text_file_t), intent(inout) :: this
-      integer(c_size_t) :: done
       if (this%used > 0 .and. .not. allocated(this%failure)) then
-         done = c_fwrite(this%buffer, 1_c_size_t, int(this%used, c_size_t), this%stream)
-         call this%note(done == this%used, 'write to')
+         call this%note(this%stream%write(this%buffer(:this%used)), 'write to')
          this%written = this%written + this%used
          if (this%sum_holds) call this%sum%add(this%buffer(:this%used))
       end if
@@ -297,15 +223,13 @@ contains
       !> a former `position`
       integer(i8), intent(in) :: place
       character(len=*), intent(in) :: text
-      integer(c_size_t) :: done
       call this%empty_buffer()
       this%sum_holds = .false.
       if (.not. this%opened .or. allocated(this%failure)) return
-      call this%note(c_fseek(this%stream, int(place, c_long), from_beginning) == 0, 'write to')
+      call this%note(this%stream%go_to(place), 'write to')
       if (allocated(this%failure)) return
-      done = c_fwrite(text, 1_c_size_t, len(text, c_size_t), this%stream)
-      call this%note(done == len(text), 'write to')
-      call this%note(c_fseek(this%stream, 0_c_long, from_end) == 0, 'write to')
+      call this%note(this%stream%write(text), 'write to')
+      call this%note(this%stream%go_to_end(), 'write to')
    end subroutine overwrite
 
    !> Hand all that was put to the operating system.
@@ -313,7 +237,7 @@ contains
       class(text_file_t), intent(inout) :: this
       character(len=:), allocatable, intent(out) :: error
       call this%empty_buffer()
-      if (this%opened .and. .not. allocated(this%failure)) call this%note(c_fflush(this%stream) == 0, 'write to')
+      if (this%opened .and. .not. allocated(this%failure)) call this%note(this%stream%flush(), 'write to')
       if (.not. allocated(this%failure)) this%finished = this%written
       if (allocated(this%failure)) error = this%failure
    end subroutine flush_file
@@ -324,7 +248,7 @@ contains
       character(len=:), allocatable, intent(out) :: error
       if (.not. this%opened) return
       call this%flush(error)
-      call this%note(c_fclose(this%stream) == 0, 'finish')
+      call this%note(this%stream%close(), 'finish')
       this%opened = .false.
       if (allocated(this%failure)) error = this%failure
    end subroutine close_file
@@ -335,16 +259,16 @@ contains
       class(text_file_t), intent(inout) :: this
       !> leave what is finished instead of deleting the file (default: no)
       logical, intent(in), optional :: keep
-      integer(c_int) :: second, status
       logical :: kept, gone
       if (.not. this%opened) return
-      second = c_dup(c_fileno(this%stream))
-      status = c_fclose(this%stream)
       this%opened = .false.
       kept = .not. this%made_here
       if (present(keep)) kept = kept .or. keep
-      if (kept .and. allocated(this%failure)) status = c_ftruncate(second, int(this%finished, c_long))
-      status = c_close(second)
+      if (kept .and. allocated(this%failure)) then
+         call this%stream%give_up(this%finished)
+      else
+         call this%stream%give_up()
+      end if
       if (.not. kept) gone = remove_file(this%path)
    end subroutine discard
 
