@@ -12,8 +12,8 @@ import time
 from pathlib import Path
 
 import h5py
-import numpy as np
 import pytest
+from kept_results import assert_same, tables
 from rfem_run import PROGRAM, SOURCE, call, edited
 
 CUT = str(Path(PROGRAM).with_name("rfem_cut"))
@@ -48,36 +48,6 @@ def cut(n, *arguments, threads=1):
     found = re.search(r"^digest displacements=([0-9A-F]{16}) topology=([0-9A-F]{16})$", done.stdout, re.M)
     done.digests = found and found.groups()
     return done
-
-
-def datasets(path):
-    """The bytes of every dataset of a file."""
-    found = {}
-
-    def keep(name, item):
-        if isinstance(item, h5py.Dataset):
-            found[name] = (item.shape, np.asarray(item[()]).tobytes() if item.dtype.kind != "O" else item[()].tolist())
-
-    with h5py.File(path, "r") as file:
-        file.visititems(keep)
-    return found
-
-
-def tables(folder):
-    """The bytes of every text that a run writes."""
-    return {path.name: path.read_bytes() for path in folder.iterdir() if path.suffix in (".csv", ".dat", ".mac")}
-
-
-def assert_same(folder, other):
-    assert tables(folder) == tables(other)
-    for name in ("j.vtkhdf", "j_cracks.vtkhdf", "j.h5"):
-        assert (folder / name).exists() == (other / name).exists()
-        if not (folder / name).exists():
-            continue
-        one, two = datasets(folder / name), datasets(other / name)
-        assert one.keys() == two.keys(), name
-        for key, value in one.items():
-            assert value == two[key], (name, key)
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""What a run has left that did not come to its end: ordinary files, the beginning of what the whole run wrote."""
+"""What runs have left: ordinary files, the beginning of what the whole run wrote; or all of it, to the last byte."""
 
 import h5py
 import numpy as np
@@ -61,3 +61,34 @@ def same_frame(one, two):
         assert fields.keys() == others.keys()
         for name in fields:
             assert np.array_equal(fields[name], others[name]), name
+
+
+def datasets(path):
+    """The bytes of every dataset of a file."""
+    found = {}
+
+    def keep(name, item):
+        if isinstance(item, h5py.Dataset):
+            found[name] = (item.shape, np.asarray(item[()]).tobytes() if item.dtype.kind != "O" else item[()].tolist())
+
+    with h5py.File(path, "r") as file:
+        file.visititems(keep)
+    return found
+
+
+def tables(folder):
+    """The bytes of every text that a run writes."""
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.suffix in (".csv", ".dat", ".mac")}
+
+
+def assert_same(folder, other):
+    """Two runs of the job j have written the same bytes."""
+    assert tables(folder) == tables(other)
+    for name in ("j.vtkhdf", "j_cracks.vtkhdf", "j.h5"):
+        assert (folder / name).exists() == (other / name).exists()
+        if not (folder / name).exists():
+            continue
+        one, two = datasets(folder / name), datasets(other / name)
+        assert one.keys() == two.keys(), name
+        for key, value in one.items():
+            assert value == two[key], (name, key)
