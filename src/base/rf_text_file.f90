@@ -1,8 +1,8 @@
 !> A text file that is being written: buffered, with every failure kept as an error text, and able to delete itself, or what of
 !> it was not finished when a write failed.
 !>
-!> It writes through C's stdio (rf_stream) because gfortran's FLUSH and CLOSE keep quiet about a full disk (libgfortran 12 drops what
-!> the system says). After the first failure further output is dropped; `flush` and `close` hand the error back.
+!> It writes through C's stdio (rf_stream) because gfortran's FLUSH and CLOSE keep quiet about a full disk (libgfortran 12 drops
+!> what the system says). After the first failure further output is dropped; `flush` and `close` hand the error back.
 module rf_text_file
    use rf_kinds, only: i8
    use rf_archive, only: archive_t

@@ -1,7 +1,8 @@
 !> The thin layer over HDF5: files, groups, attributes, whole datasets. Growing datasets: rf_hdf5_series.
 !>
-!> Besides it only rf_hdf5_series, rf_hdf5_archive and rf_hdf5_reason use the library. Nothing here stops: every procedure that can fail hands back `error`, the file and
-!> the reason the system gave; unallocated means that all is well. HDF5's own printing is switched off.
+!> Besides it only rf_hdf5_series, rf_hdf5_archive and rf_hdf5_reason use the library. Nothing here stops: every procedure that can
+!> fail hands back `error`, the file and the reason the system gave; unallocated means that all is well. HDF5's own printing is
+!> switched off.
 module rf_hdf5
    use, intrinsic :: iso_c_binding, only: c_bool, c_int, c_int64_t, c_f_pointer, c_loc, c_ptr, c_null_char, c_char
    use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5fcreate_f, h5fopen_f, h5fclose_f, h5fflush_f, &

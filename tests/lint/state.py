@@ -3,12 +3,12 @@
 
 state.py FILE.f90 ..
 
-Every type with a procedure `exchange` must either exchange each of its members or name it as derived: in the comment of
-`exchange`, in parentheses that begin with "Derived:" (as in "(Derived: name follows from the deck.)"). A member counts
-as exchanged where `exchange`, or a procedure of the same file that it calls, mentions it as one of an object of the type
-(`self%n`, not the `n` of something else). A member of a type that has no `exchange` of its own is not done with being
-mentioned: each member of that type must be, as `self%member%n`, or of an object of that type, or of what `associate` calls
-the member. What is wrong is printed, one line each; exit status 1.
+Every type with a procedure `exchange` must either exchange each of its members or name it as derived: in the comment
+of `exchange`, in parentheses that begin with "Derived:" (as in "(Derived: name follows from the deck.)"). A member
+counts as exchanged where `exchange`, or a procedure of the same file that it calls, mentions it as one of an object of
+the type (`self%n`, not the `n` of something else). A member of a type that has no `exchange` of its own is not done
+with being mentioned: each member of that type must be, as `self%member%n`, or of an object of that type, or of what
+`associate` calls the member. What is wrong is printed, one line each; exit status 1.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def forgotten(code: str, prefixes: set[str], body: str, kinds: dict[str, str], d
 def complaints(path: Path, text: str, later: str, kinds: dict[str, str] | None = None) -> list[str]:
     """Members of the types of a file that are forgotten.
 
-    `later`: the submodule that holds `exchange`, if any. `kinds`: types without one, of all files (default: of this one).
+    `later`: the submodule that holds `exchange`, if any. `kinds`: types without one, of all files (default: of this).
     """
     kinds = plain_types([text]) if kinds is None else kinds
     procedures = {found[2]: (found[1], found[3]) for found in PROCEDURE.finditer(without_interfaces(text + later))}

@@ -118,7 +118,7 @@ def nobody():
 
 
 def as_nobody(deck, folder):
-    """Options to run the program as somebody for whom permissions count, if this is root; skip where that one cannot run it."""
+    """Options to run the program as somebody for whom permissions count; skip where that one cannot run it."""
     if os.geteuid() != 0:
         return {}
     for place in (folder, *folder.parents, deck.parent):
@@ -153,7 +153,7 @@ def test_folder_becomes_read_only(deck, whole, tmp_path):
 
 
 def test_a_file_that_may_not_be_written(deck, whole, tmp_path):
-    """The run cannot go on with one of its files, which is seen when others are open: those are closed, and nothing is lost."""
+    """One file cannot be gone on with, which is seen when others are open: those are closed, and nothing is lost."""
     folder = tmp_path / "out"
     folder.mkdir()
     options = as_nobody(deck, folder)
@@ -190,9 +190,12 @@ def failing_fsync(tmp_path_factory):
     folder = tmp_path_factory.mktemp("fsync")
     (folder / "fsync.c").write_text(FAILING_FSYNC)
     compiler = shutil.which("gcc") or shutil.which("cc")
-    made = compiler and not subprocess.run(
-        [compiler, "-shared", "-fPIC", "-o", folder / "fsync.so", folder / "fsync.c"], check=False
-    ).returncode
+    made = (
+        compiler
+        and not subprocess.run(
+            [compiler, "-shared", "-fPIC", "-o", folder / "fsync.so", folder / "fsync.c"], check=False
+        ).returncode
+    )
     if not made:
         pytest.skip("there is no C compiler")
     return folder / "fsync.so"
@@ -207,7 +210,7 @@ def failing_fsync(tmp_path_factory):
     ],
 )
 def test_a_disk_that_fails(fail_at, reason, deck, whole, failing_fsync, tmp_path, monkeypatch):
-    """Nothing is taken for written that does not lie on the disk; where folders cannot be brought there at all, that is no fault."""
+    """Nothing is taken for written that is not on the disk; a folder that cannot be brought there at all is no fault."""
     monkeypatch.setenv("LD_PRELOAD", str(failing_fsync))
     monkeypatch.setenv("FAIL_AT", fail_at)
     done = call(deck, "--output", tmp_path / "out", "--quiet")

@@ -1,4 +1,4 @@
-"""Going on with the files of a run: its own, of nobody else, unchanged where they are refused; and what they say afterwards."""
+"""Going on with the files of a run: its own alone, unchanged where they are refused; what they say afterwards."""
 
 import os
 import shutil
@@ -75,7 +75,7 @@ def test_a_run_that_is_alive(deck, whole, tmp_path):
 
 
 def test_files_of_a_killed_run_stay_as_they_are(deck, whole, tmp_path):
-    """A file that cannot be gone on with is found before the others lose the marks of a killed run; without it they do."""
+    """A file that cannot be gone on with is found before the others lose the marks of a killed run."""
     run = running(deck, tmp_path / "out")
     run.kill()
     run.wait()
@@ -148,7 +148,7 @@ def test_half_checkpoints_are_cleared_away(interrupted, tmp_path):
 
 
 def test_the_previous_one_outlives_a_damaged_one(deck, whole, tmp_path):
-    """The run goes on from JOB.rst.1.h5 because JOB.rst.h5 is damaged: the next one takes the place of that, not of the good one."""
+    """The run goes on from JOB.rst.1.h5, JOB.rst.h5 is damaged: the next one replaces that, not the good one."""
     out = tmp_path / "out"
     assert cut(800, deck, "--output", out, "--job", "j", "--quiet").returncode == 4
     good = (out / "j.rst.1.h5").read_bytes()
@@ -175,7 +175,7 @@ def test_a_model_too_large_for_this_machine(interrupted, tmp_path):
 
 
 def test_another_build(interrupted, tmp_path):
-    """Compiler and flags are remarked as the commit is, in the log and in JOB.h5, which goes on to tell of the first program."""
+    """Compiler and flags are remarked as the commit is, in the log and in JOB.h5, which tells of the first program."""
     shutil.copytree(interrupted, tmp_path / "out")
     assert "continued_by" not in attributes(tmp_path / "out")
 

@@ -321,7 +321,7 @@ def test_status_of_a_program_that_ends_with_the_signal(wait, tmp_path):
 
 
 def test_a_signal_before_the_program_runs(tmp_path):
-    """Time is up while files are copied to the scratch folder: nothing is run, and the row is put into the queue again."""
+    """Time is up while files are copied to the scratch folder: nothing is run, the row is queued again."""
     again = stub(tmp_path, "again")
     program = player(tmp_path, f"{CHECKPOINT}; exit 4", "exit 0")
     run = row(tmp_path, RFEM=program)
