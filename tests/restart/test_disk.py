@@ -210,7 +210,7 @@ def failing_fsync(tmp_path_factory):
     ],
 )
 def test_a_disk_that_fails(fail_at, reason, deck, whole, failing_fsync, tmp_path, monkeypatch):
-    """Nothing is taken for written that is not on the disk; a folder that cannot be brought there at all is no fault."""
+    """Nothing is taken for written that is not on the disk; a folder that cannot be brought there is no fault."""
     monkeypatch.setenv("LD_PRELOAD", str(failing_fsync))
     monkeypatch.setenv("FAIL_AT", fail_at)
     done = call(deck, "--output", tmp_path / "out", "--quiet")
