@@ -4,8 +4,9 @@ submodule(rf_simulation) rf_simulation_state
 
 contains
 
-   !> To or from a checkpoint. (Derived: replaced, restart, cracks_note follow from the deck; log, interruption, reading_time,
-   !> status, message are of one process; run_over ends a run.)
+   !> To or from a checkpoint. (Derived: replaced, restart, cracks_note follow from the deck, and so do steps, relaxation, fracture,
+   !> loads, removals but for what `exchange_definitions` takes; log, interruption, reading_time, status, message are of one
+   !> process; run_over ends a run.)
    module subroutine exchange(self, archive)
       class(simulation_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

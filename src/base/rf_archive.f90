@@ -7,7 +7,7 @@
 !> names of one type apart from those of another: `enter`, `leave`.
 !>
 !> The first thing that fails is told in `error`; from then on nothing is done. Where the bytes go is the business of an extension
-!> (rf_checkpoint: HDF5), which has three things to know: groups, how a datum looks, and where it lies in memory.
+!> (rf_hdf5_archive), which has three things to know: groups, how a datum looks, and where it lies in memory.
 module rf_archive
    use, intrinsic :: iso_c_binding, only: c_loc, c_null_ptr, c_ptr
    use rf_kinds, only: wp, i1, i8
@@ -145,6 +145,16 @@ contains
       ready = .not. allocated(self%error)
    end subroutine prepare
 
+   !> Whether an allocation has failed, which the archive then fails with.
+   logical function no_memory(self, name, status)
+      class(archive_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      !> of the allocation
+      integer, intent(in) :: status
+      no_memory = status /= 0
+      if (no_memory) call self%fail(name//': no memory for it')
+   end function no_memory
+
    !> A real number.
    subroutine real_0(self, name, value)
       class(archive_t), intent(inout) :: self
@@ -176,8 +186,7 @@ contains
          status = 0
          if (allocated(values)) deallocate (values)
          if (datum%present) allocate (values(datum%lower(1):datum%upper(1)), stat=status)
-         if (status /= 0) call self%fail(name//': no memory for it')
-         if (status /= 0) return
+         if (no_memory(self, name, status)) return
       end if
       if (allocated(values)) then
          call self%move(name, datum, c_loc(values))
@@ -205,8 +214,7 @@ contains
          status = 0
          if (allocated(values)) deallocate (values)
          if (datum%present) allocate (values(datum%lower(1):datum%upper(1), datum%lower(2):datum%upper(2)), stat=status)
-         if (status /= 0) call self%fail(name//': no memory for it')
-         if (status /= 0) return
+         if (no_memory(self, name, status)) return
       end if
       if (allocated(values)) then
          call self%move(name, datum, c_loc(values))
@@ -236,8 +244,7 @@ contains
          if (datum%present) allocate (values(datum%lower(1):datum%upper(1), &
                                               datum%lower(2):datum%upper(2), &
                                               datum%lower(3):datum%upper(3)), stat=status)
-         if (status /= 0) call self%fail(name//': no memory for it')
-         if (status /= 0) return
+         if (no_memory(self, name, status)) return
       end if
       if (allocated(values)) then
          call self%move(name, datum, c_loc(values))
@@ -277,8 +284,7 @@ contains
          status = 0
          if (allocated(values)) deallocate (values)
          if (datum%present) allocate (values(datum%lower(1):datum%upper(1)), stat=status)
-         if (status /= 0) call self%fail(name//': no memory for it')
-         if (status /= 0) return
+         if (no_memory(self, name, status)) return
       end if
       if (allocated(values)) then
          call self%move(name, datum, c_loc(values))
@@ -306,8 +312,7 @@ contains
          status = 0
          if (allocated(values)) deallocate (values)
          if (datum%present) allocate (values(datum%lower(1):datum%upper(1), datum%lower(2):datum%upper(2)), stat=status)
-         if (status /= 0) call self%fail(name//': no memory for it')
-         if (status /= 0) return
+         if (no_memory(self, name, status)) return
       end if
       if (allocated(values)) then
          call self%move(name, datum, c_loc(values))
@@ -347,8 +352,7 @@ contains
          status = 0
          if (allocated(values)) deallocate (values)
          if (datum%present) allocate (values(datum%lower(1):datum%upper(1)), stat=status)
-         if (status /= 0) call self%fail(name//': no memory for it')
-         if (status /= 0) return
+         if (no_memory(self, name, status)) return
       end if
       if (allocated(values)) then
          call self%move(name, datum, c_loc(values))
@@ -376,8 +380,7 @@ contains
          status = 0
          if (allocated(values)) deallocate (values)
          if (datum%present) allocate (values(datum%lower(1):datum%upper(1), datum%lower(2):datum%upper(2)), stat=status)
-         if (status /= 0) call self%fail(name//': no memory for it')
-         if (status /= 0) return
+         if (no_memory(self, name, status)) return
       end if
       if (allocated(values)) then
          call self%move(name, datum, c_loc(values))
@@ -417,8 +420,7 @@ contains
          status = 0
          if (allocated(values)) deallocate (values)
          if (datum%present) allocate (values(datum%lower(1):datum%upper(1)), stat=status)
-         if (status /= 0) call self%fail(name//': no memory for it')
-         if (status /= 0) return
+         if (no_memory(self, name, status)) return
       end if
       if (allocated(values)) then
          call self%move(name, datum, c_loc(values))
@@ -446,8 +448,7 @@ contains
          status = 0
          if (allocated(values)) deallocate (values)
          if (datum%present) allocate (values(datum%lower(1):datum%upper(1), datum%lower(2):datum%upper(2)), stat=status)
-         if (status /= 0) call self%fail(name//': no memory for it')
-         if (status /= 0) return
+         if (no_memory(self, name, status)) return
       end if
       if (allocated(values)) then
          call self%move(name, datum, c_loc(values))
@@ -473,15 +474,18 @@ contains
       logical, allocatable, intent(inout) :: values(:)
       integer, intent(in), optional :: used
       integer(i1), allocatable :: copy(:)
+      integer :: status
       if (.not. self%reading .and. allocated(values)) then
-         allocate (copy(lbound(values, 1):ubound(values, 1)))
+         allocate (copy(lbound(values, 1):ubound(values, 1)), stat=status)
+         if (no_memory(self, name, status)) return
          copy = merge(1_i1, 0_i1, values)
       end if
       call self%exchange(name, copy, used)
       if (.not. self%reading .or. allocated(self%error)) return
       if (allocated(values)) deallocate (values)
       if (.not. allocated(copy)) return
-      allocate (values(lbound(copy, 1):ubound(copy, 1)))
+      allocate (values(lbound(copy, 1):ubound(copy, 1)), stat=status)
+      if (no_memory(self, name, status)) return
       values = copy == 1_i1
    end subroutine logical_1
 
@@ -491,15 +495,18 @@ contains
       logical, allocatable, intent(inout) :: values(:, :)
       integer, intent(in), optional :: used
       integer(i1), allocatable :: copy(:, :)
+      integer :: status
       if (.not. self%reading .and. allocated(values)) then
-         allocate (copy(lbound(values, 1):ubound(values, 1), lbound(values, 2):ubound(values, 2)))
+         allocate (copy(lbound(values, 1):ubound(values, 1), lbound(values, 2):ubound(values, 2)), stat=status)
+         if (no_memory(self, name, status)) return
          copy = merge(1_i1, 0_i1, values)
       end if
       call self%exchange(name, copy, used)
       if (.not. self%reading .or. allocated(self%error)) return
       if (allocated(values)) deallocate (values)
       if (.not. allocated(copy)) return
-      allocate (values(lbound(copy, 1):ubound(copy, 1), lbound(copy, 2):ubound(copy, 2)))
+      allocate (values(lbound(copy, 1):ubound(copy, 1), lbound(copy, 2):ubound(copy, 2)), stat=status)
+      if (no_memory(self, name, status)) return
       values = copy == 1_i1
    end subroutine logical_2
 

@@ -26,7 +26,7 @@ module rf_frames
       !> changes of the mesh that the geometry in the files has seen; -1: none is there
       integer, private :: mesh_changes = -1
    contains
-      procedure :: exchange, go_on
+      procedure :: exchange, go_on, look_at_text, release
       procedure :: create, write_frame, close => close_files, discard
       procedure, private :: write_mesh, write_cracks, write_apdl
    end type frames_t
@@ -94,6 +94,21 @@ contains
       call self%apdl_file%exchange(archive)
       call archive%leave()
    end subroutine exchange
+
+   !> Look whether the run can go on with the text file, which becomes this process's alone.
+   subroutine look_at_text(self, prefix, error)
+      class(frames_t), intent(inout) :: self
+      !> folder and job name
+      character(len=*), intent(in) :: prefix
+      character(len=:), allocatable, intent(out) :: error
+      if (self%apdl) call self%apdl_file%go_on(prefix//'.mac', .true., error)
+   end subroutine look_at_text
+
+   !> Give back what was looked at only.
+   subroutine release(self)
+      class(frames_t), intent(inout) :: self
+      if (self%apdl) call self%apdl_file%discard(keep=.true.)
+   end subroutine release
 
    !> Go on with the files of a checkpoint.
    subroutine go_on(self, prefix, fracture, dynamic, look_only, error)

@@ -28,16 +28,17 @@ module rf_hdf5_archive
    character(len=*), parameter :: lower_name = 'lower'
 
    type, extends(archive_t), public :: hdf5_archive_t
+      !> opened and closed by the extension, between which `begin` and `close` use it
       type(hdf5_file_t) :: file
       !> data exchanged so far
-      integer :: items = 0
+      integer, private :: items = 0
       !> the group in use, as a path
       character(len=:), allocatable, private :: place
       !> HDF5's ids of the groups from the root to it
       integer(hid_t), private :: group(0:deepest) = -1
       integer, private :: depth = 0
    contains
-      procedure :: begin, enter, leave, look_up, move
+      procedure :: begin, enter, leave, look_up, move, count_items
       procedure :: close => close_archive
       procedure, private :: failed, move_number, move_array, lower_bounds
    end type hdf5_archive_t
@@ -54,6 +55,12 @@ contains
       call h5gopen_f(self%file%id, '/', self%group(0), status)
       if (self%failed(status, 'open the root')) return
    end subroutine begin
+
+   !> How many data have been exchanged.
+   pure integer function count_items(self)
+      class(hdf5_archive_t), intent(in) :: self
+      count_items = self%items
+   end function count_items
 
    !> Give the groups back; the file stays open.
    subroutine close_archive(self)

@@ -56,6 +56,7 @@ module rf_history
       type(pending_event_t), allocatable, private :: pending(:)
       integer, private :: n_pending = 0
    contains
+      procedure :: look_at_text
       procedure :: create, exchange, go_on, start, row, before_event, write_events, add_iterations, close => close_tables, discard
       procedure :: mend, row_count, is_sound
    end type history_t
@@ -139,6 +140,16 @@ contains
          if (allocated(archive%error)) return
       end do
    end subroutine exchange_pending
+
+   !> Look whether the run can go on with the CSV files, which become this process's alone.
+   subroutine look_at_text(self, prefix, error)
+      class(history_t), intent(inout) :: self
+      !> folder and job name
+      character(len=*), intent(in) :: prefix
+      character(len=:), allocatable, intent(out) :: error
+      call self%history%look_at_text(prefix//'_history.csv', error)
+      if (.not. allocated(error)) call self%events%look_at_text(prefix//'_events.csv', error)
+   end subroutine look_at_text
 
    !> Go on with the files of a checkpoint; `start` follows.
    subroutine go_on(self, prefix, file, look_only, error)

@@ -60,7 +60,7 @@ contains
       character(len=:), allocatable, intent(out) :: error
       if (size(self%nodes) + size(self%elements) == 0) return
       call self%file%go_on(prefix//'.dat', look_only, error)
-      self%open = .not. (allocated(error) .or. look_only)
+      self%open = .not. allocated(error)
    end subroutine go_on
 
    !> Whether a table of its own frequency is due at a state of a dynamic step.

@@ -10,6 +10,7 @@ module rf_recorder
    use rf_frames, only: frames_t
    use rf_print_tables, only: print_tables_t
    use rf_provenance, only: provenance_t
+   use rf_checkpoint, only: remove_unfinished
    use rf_hdf5, only: hdf5_file_t
    use rf_digest, only: digest_t
    use rf_clock, only: stopwatch_t
@@ -43,7 +44,7 @@ module rf_recorder
       procedure :: take_requests, exchange, go_on
       procedure :: create, state, state_not_converged, complete, before_event, write_events, count_iterations
       procedure :: monitor_reaction, finish, discard, look_at_time
-      procedure, private :: name_files, reopen, write_row, write_frame
+      procedure, private :: name_files, look, reopen, release, write_row, write_frame
    end type recorder_t
 
 contains
@@ -85,7 +86,7 @@ contains
    end subroutine name_files
 
    !> To or from a checkpoint: what the result files hold. (Derived: provenance is the checkpoint's origin; files, output follow
-   !> from the deck; watch is of one process.)
+   !> from the deck; file, watch are of one process.)
    subroutine exchange(self, archive)
       class(recorder_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
@@ -117,34 +118,56 @@ contains
       !> folder and job name
       character(len=*), intent(in) :: prefix
       character(len=:), allocatable, intent(out) :: error
-      character(len=:), allocatable :: ignored
       call self%name_files(prefix)
-      call self%reopen(prefix, .true., error)
-      if (.not. allocated(error)) call self%reopen(prefix, .false., error)
-      if (allocated(error)) call self%file%close(ignored)
-      if (allocated(error)) return
-      call self%file%set_attribute('/rfem', 'restarts', self%provenance%restarts, error)
+      call self%look(prefix, error)
+      if (allocated(error)) then
+         call self%release()
+         return
+      end if
+      call remove_unfinished(prefix)
+      call self%reopen(prefix, error)
       if (.not. allocated(error)) call self%file%start_swmr(error)
       if (.not. allocated(error)) call self%history%start(self%file, error)
+      if (allocated(error)) call self%discard(.true.)
    end subroutine go_on
 
-   !> Open all files of a checkpoint.
-   subroutine reopen(self, prefix, look_only, error)
+   !> Look at all files of a checkpoint and change none. The text files first: as long as they are locked nobody else writes to any
+   !> file of this run.
+   subroutine look(self, prefix, error)
       class(recorder_t), intent(inout) :: self
       character(len=*), intent(in) :: prefix
-      !> only say whether it can be done
-      logical, intent(in) :: look_only
       character(len=:), allocatable, intent(out) :: error
       character(len=:), allocatable :: problem
+      call self%history%look_at_text(prefix, error)
+      if (.not. allocated(error)) call self%frames%look_at_text(prefix, error)
+      if (.not. allocated(error)) call self%tables%go_on(prefix, .true., error)
+      if (.not. allocated(error)) call self%file%reopen(prefix//'.h5', error, look_only=.true.)
+      if (.not. allocated(error)) call self%provenance%check_run(self%file, error)
+      if (.not. allocated(error)) call self%history%go_on(prefix, self%file, .true., error)
+      if (self%file%is_open()) call self%file%close(problem)
+      if (.not. allocated(error) .and. allocated(problem)) error = problem
+      if (.not. allocated(error)) call self%frames%go_on(prefix, self%fracture, self%dynamic, .true., error)
+   end subroutine look
+
+   !> Open all files of a checkpoint, and cut off what was written after it.
+   subroutine reopen(self, prefix, error)
+      class(recorder_t), intent(inout) :: self
+      character(len=*), intent(in) :: prefix
+      character(len=:), allocatable, intent(out) :: error
       call self%file%reopen(prefix//'.h5', error)
-      if (.not. allocated(error)) call self%history%go_on(prefix, self%file, look_only, error)
-      if (look_only .and. self%file%is_open()) then
-         call self%file%close(problem)
-         if (.not. allocated(error) .and. allocated(problem)) error = problem
-      end if
-      if (.not. allocated(error)) call self%frames%go_on(prefix, self%fracture, self%dynamic, look_only, error)
-      if (.not. allocated(error)) call self%tables%go_on(prefix, look_only, error)
+      if (.not. allocated(error)) call self%provenance%write_restart(self%file, error)
+      if (.not. allocated(error)) call self%history%go_on(prefix, self%file, .false., error)
+      if (.not. allocated(error)) call self%frames%go_on(prefix, self%fracture, self%dynamic, .false., error)
+      if (.not. allocated(error)) call self%tables%go_on(prefix, .false., error)
    end subroutine reopen
+
+   !> Give back files that were looked at, as they are.
+   subroutine release(self)
+      class(recorder_t), intent(inout) :: self
+      call self%history%discard(keep=.true.)
+      call self%frames%release()
+      call self%tables%discard(.true.)
+   end subroutine release
 
    !> Delete an earlier result set of this name: what the new run does not write must not stay beside what it writes.
    subroutine remove_old(prefix)
@@ -152,6 +175,7 @@ contains
       character(len=14), parameter :: endings(9) = [character(len=14) :: '.h5', '_history.csv', '_events.csv', '.vtkhdf', &
                                                     '_cracks.vtkhdf', '.mac', '.dat', '.rst.h5', '.rst.1.h5']
       integer :: i
+      call remove_unfinished(prefix)
       do i = 1, size(endings)
          if (.not. path_exists(prefix//trim(endings(i))) .or. is_folder(prefix//trim(endings(i)))) cycle
          if (.not. remove_file(prefix//trim(endings(i)))) return     ! creating it anew says why
@@ -379,12 +403,27 @@ contains
       if (.not. allocated(error)) call self%history%close(error)
       if (.not. allocated(error)) call self%file%end_swmr(error)
       if (.not. allocated(error)) &
-         call self%provenance%write_end(self%file, wall_time, exit_status, digests_of(model), error)
+         call write_provenance_end(self, model, wall_time, exit_status, interrupted, error)
       if (.not. allocated(error)) call self%file%close(error)
       if (.not. allocated(error)) call self%frames%close(error)
       if (.not. allocated(error)) call self%tables%close(error)
       call self%watch%stop()
    end subroutine finish
+
+   !> The digests are of a result: an interrupted run has none yet.
+   subroutine write_provenance_end(self, model, wall_time, exit_status, interrupted, error)
+      type(recorder_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: wall_time
+      integer, intent(in) :: exit_status
+      logical, intent(in) :: interrupted
+      character(len=:), allocatable, intent(out) :: error
+      if (interrupted) then
+         call self%provenance%write_end(self%file, wall_time, exit_status, error)
+      else
+         call self%provenance%write_end(self%file, wall_time, exit_status, error, digests_of(model))
+      end if
+   end subroutine write_provenance_end
 
    !> Something cannot be written: close all files of this run. Rows, frames and tables that are finished stay, in files that can
    !> be opened as any other; a file that has none is deleted.

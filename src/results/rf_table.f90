@@ -47,7 +47,7 @@ module rf_table
    contains
       procedure :: create
       procedure :: exchange
-      procedure :: go_on
+      procedure :: go_on, look_at_text
       procedure :: start
       procedure, private :: put_integer, put_real, put_text
       !> give the next column its value; an integer may go into a column of reals
@@ -119,6 +119,14 @@ contains
       call this%csv%exchange(archive)
       call archive%leave()
    end subroutine exchange
+
+   !> Look whether the run can go on with the CSV file, which becomes this process's alone.
+   subroutine look_at_text(this, csv_path, error)
+      class(table_t), intent(inout) :: this
+      character(len=*), intent(in) :: csv_path
+      character(len=:), allocatable, intent(out) :: error
+      call this%csv%go_on(csv_path, .true., error)
+   end subroutine look_at_text
 
    !> Go on with the files of a checkpoint; `start` follows.
    subroutine go_on(this, csv_path, file, group, columns, look_only, error)

@@ -208,7 +208,7 @@ contains
       call describe_fields(point_fields, 'PointData', this%point_fields)
       call describe_fields(cell_fields, 'CellData', this%cell_fields)
       call describe_layout(this%layout)
-      call this%file%reopen(path, error)
+      call this%file%reopen(path, error, look_only)
       if (.not. allocated(error)) call cut_all(this, look_only, error)
       if (look_only .or. allocated(error)) then
          call this%file%close(problem)

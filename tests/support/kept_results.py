@@ -18,7 +18,7 @@ def assert_kept(folder, whole, job):
         path = folder / (job + end)
         if path.exists():
             text = path.read_text()
-            assert text.endswith("\n") or not text, f"{path.name} ends within a line"
+            assert not text or text.endswith("\n"), f"{path.name} ends within a line"
             assert (whole / path.name).read_text().startswith(text), path.name
     with open_results(folder / job) as found, open_results(whole / job) as expected:
         rows = same_tables(found, expected)
