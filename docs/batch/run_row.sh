@@ -5,8 +5,9 @@
 # scratch folder, copies what there is into RESULTS whatever happens, and writes the exit status into RESULTS/JOB.exit,
 # by which rfem_collect.py knows the jobs that left nothing else.
 #
-# A run that was interrupted (exit status 4: a signal, the wall-clock limit of its *RESTART) or killed goes on from the
-# checkpoint RESULTS/JOB.rst.h5 when the row is run again; RFEM_AGAIN has it run again by itself, until it is done.
+# A run that was interrupted (exit status 4: a signal, the wall-clock limit of its *RESTART), killed, or that had no room
+# for its results (3) goes on from the checkpoint RESULTS/JOB.rst.h5 when the row is run again, or from the one before,
+# JOB.rst.1.h5, where that is refused; RFEM_AGAIN has an interrupted one run again by itself, until it is done.
 #
 # RFEM         the program                                     (default: rfem on the PATH)
 # RFEM_RECOVER what repairs the files of a run that was killed  (default: nothing is repaired)
@@ -27,51 +28,100 @@ job=${values[0]}
 settings=()
 for ((i = 1; i < ${#names[@]}; i++)); do settings+=(--set "${names[i]}=${values[i]}"); done
 
-# Ended by itself before (status 0 to 3) or not begun: from the deck. Else from the checkpoint, if there is one.
+# Ended by itself before (status 0 to 2) or not begun: from the deck. Else from a checkpoint, if there is one.
 before=$(cat "$results/$job.exit" 2>/dev/null || echo none)
 pieces=0
-if [ -e "$results/$job.rst.h5" ] && [[ ! $before =~ ^[0-3]$ ]]; then
-   pieces=$(cat "$results/$job.pieces" 2>/dev/null || echo 1)
+checkpoints=()
+if [[ ! $before =~ ^[0-2]$ ]]; then
+   for ending in .rst.h5 .rst.1.h5; do
+      if [ -e "$results/$job$ending" ]; then checkpoints+=("$ending"); fi
+   done
 fi
+if [ ${#checkpoints[@]} -gt 0 ]; then pieces=$(cat "$results/$job.pieces" 2>/dev/null || echo 1); fi
 
 # Frames are written in many small pieces: a disk of the node bears that better than a file system that all nodes share.
 mkdir -p "$results"
 scratch=$(mktemp -d "${TMPDIR:-/tmp}/rfem_${job}_XXXXXX")
 status=137 # unless the program says otherwise: it was killed
-child=
+told=      # the scheduler has said that time is up
+
+# All is copied beside what is there and brought to the disk; then file after file takes its place, the checkpoint last.
+# Whenever this is killed, the checkpoint in RESULTS is a whole one, and the results beside it are at least as long.
 # shellcheck disable=SC2329 # the trap calls it
 bring_home() {
+   local new="$results/.$job.new"
    if [ "$status" -ge 128 ] && [ -n "${RFEM_RECOVER:-}" ] && [ -e "$scratch/$job.h5" ]; then
       $RFEM_RECOVER "$scratch/$job" || true
    fi
    echo $((pieces + 1)) >"$scratch/$job.pieces"
-   cp -p "$scratch"/. "$results"/ -r
+   rm -rf "$new"
+   if ! cp -pr "$scratch" "$new"; then
+      echo "$job: the results cannot be copied to $results; they are in $scratch on $(hostname)" >&2
+      rm -rf "$new"
+      return 1
+   fi
+   sync "$new"/* 2>/dev/null || sync
+   find "$new" -mindepth 1 -maxdepth 1 ! -name "$job.rst.*" -exec mv -f {} "$results" \;
+   for ending in .rst.1.h5 .rst.h5; do
+      if [ -e "$new/$job$ending" ]; then mv -f "$new/$job$ending" "$results"; fi
+   done
    echo "$status" >"$results/$job.exit"
-   rm -rf "$scratch"
+   rm -rf "$new" "$scratch" "$scratch.pid" "$scratch.status"
 }
 trap bring_home EXIT
 # The scheduler's notice that time is up goes on to the program, which writes a checkpoint and ends with status 4; then
 # there is time to bring the results home. Likewise for a checkpoint on the way (SIGUSR1).
-trap '[ -z "$child" ] || kill -TERM "$child" 2>/dev/null || true' TERM INT
-trap '[ -z "$child" ] || kill -USR1 "$child" 2>/dev/null || true' USR1
+trap 'told=1; forward TERM' TERM INT
+trap 'forward USR1' USR1
 
-arguments=("$deck" --job "$job" "${settings[@]}" --output "$scratch")
-if [ "$pieces" -gt 0 ]; then
+# shellcheck disable=SC2329 # the traps call it
+forward() {
+   if [ -s "$scratch.pid" ]; then kill "-$1" "$(cat "$scratch.pid")" 2>/dev/null || true; fi
+}
+
+# Run the program with these arguments; its exit status becomes `status`. Not what `wait` tells: a signal ends a wait, and bash
+# loses the status of what ends at that moment. A shell between, which no signal disturbs, writes it down.
+run() {
+   local child
+   status=4
+   if [ -n "$told" ]; then return; fi # interrupted before it began
+   (
+      trap : TERM INT USR1
+      code=0
+      # shellcheck disable=SC2016 # for the inner shell
+      sh -c 'echo $$ >"$1.pid"; shift; exec "$@"' sh "$scratch" "$rfem" "$@" --quiet >>"$scratch/$job.log" 2>>"$scratch/$job.err" ||
+         code=$?
+      echo "$code" >"$scratch.status"
+   ) &
+   child=$!
+   until [ -s "$scratch.pid" ] || ! kill -0 "$child" 2>/dev/null; do sleep 0.01; done
+   if [ -n "$told" ]; then forward TERM; fi
+   while [ ! -s "$scratch.status" ] && kill -0 "$child" 2>/dev/null; do wait "$child" || true; done
+   status=$(cat "$scratch.status" 2>/dev/null || echo 137)
+   rm -f "$scratch.pid" "$scratch.status"
+   if [ -n "$told" ] && [ "$status" -eq 143 ]; then status=4; fi # while it was reading: nothing was changed
+}
+
+count_beginnings() {
+   grep -c '^going on at ' "$scratch/$job.log" || true
+}
+
+if [ ${#checkpoints[@]} -gt 0 ]; then
    for ending in .h5 .vtkhdf _cracks.vtkhdf _history.csv _events.csv .dat .mac .rst.h5 .rst.1.h5 .log .err; do
       if [ -e "$results/$job$ending" ]; then cp -p "$results/$job$ending" "$scratch"/; fi
    done
-   arguments=(--restart "$scratch/$job.rst.h5")
+   touch "$scratch/$job.log"
+   beginnings=$(count_beginnings)
+   for ending in "${checkpoints[@]}"; do
+      run --restart "$scratch/$job$ending"
+      # status 3 without having gone on: this checkpoint was refused, and nothing was changed
+      if [ "$status" -ne 3 ] || [ "$(count_beginnings)" -gt "$beginnings" ]; then break; fi
+      echo "$job: $job$ending is refused: $(tail -n 1 "$scratch/$job.err")" >&2
+   done
 else
    rm -f "$results/$job".rst.h5 "$results/$job".rst.1.h5 "$results/$job".exit "$results/$job".pieces
+   run "$deck" --job "$job" "${settings[@]}" --output "$scratch"
 fi
-"$rfem" "${arguments[@]}" --quiet >>"$scratch/$job.log" 2>>"$scratch/$job.err" &
-child=$!
-status=0
-wait "$child" || status=$?
-while kill -0 "$child" 2>/dev/null; do # the wait was ended by a signal, not by the program
-   status=0
-   wait "$child" || status=$?
-done
 if [ "$status" -eq 4 ] && [ -n "${RFEM_AGAIN:-}" ]; then
    trap - EXIT
    bring_home

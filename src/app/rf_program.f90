@@ -8,6 +8,7 @@ module rf_program
    use rf_deck, only: deck_t
    use rf_diagnostics, only: diagnostics_t
    use rf_case, only: read_case
+   use rf_interruption, only: interruption_t
    use rf_simulation, only: simulation_t, exit_done, exit_not_written
    use rf_run, only: run_t
    use rf_output_input, only: output_requests_t
@@ -29,18 +30,17 @@ module rf_program
 contains
 
    !> Do what the command line asks for.
-   integer function run_program(first, leave_at) result(status)
+   integer function run_program(first, interruption) result(status)
       !> the first argument that is meant (default: 1)
       integer, intent(in), optional :: first
-      !> for tests, in: how often the run asks whether it is to be left until it is (negative: never); out: how often it asked
-      integer(i8), intent(inout), optional :: leave_at
+      !> what the run asks whether it is to be left: as it is at the start, and at the end
+      type(interruption_t), intent(inout), optional :: interruption
       type(options_t) :: options
-      integer(i8) :: count
+      type(interruption_t) :: asked
       integer :: i
       i = 1
       if (present(first)) i = first
-      count = -1
-      if (present(leave_at)) count = leave_at
+      if (present(interruption)) asked = interruption
       call read_command_line(options, i)
       status = exit_done
       if (allocated(options%error)) then
@@ -52,25 +52,25 @@ contains
          write (output_unit, '(a)') 'rfem '//version//' ('//commit//'), '//compiler
          write (output_unit, '(a)') 'flags: '//flags
       else if (len(options%restart) > 0) then
-         status = restart(options, count)
+         status = restart(options, asked)
       else if (len(options%deck) == 0 .and. is_terminal(input_descriptor)) then
          write (output_unit, '(a)') usage_text
       else
-         status = run_deck(options, count)
+         status = run_deck(options, asked)
       end if
-      if (present(leave_at)) leave_at = count
+      if (present(interruption)) interruption = asked
    end function run_program
 
    !> Read the deck, and run it unless only a check or an explanation is wanted.
-   integer function run_deck(options, leave_at) result(status)
+   integer function run_deck(options, interruption) result(status)
       type(options_t), intent(in) :: options
       !> as run_program
-      integer(i8), intent(inout) :: leave_at
+      type(interruption_t), intent(inout) :: interruption
       type(run_t), allocatable :: run
       type(diagnostics_t) :: diagnostics
       character(len=:), allocatable :: problem
       allocate (run)
-      call prepare(run, options, leave_at)
+      call prepare(run, options, interruption)
       call run%deck%read_file(options%deck, padded(options%overrides), diagnostics)
       if (len(run%deck%full_text()) > 0 .or. diagnostics%n_errors == 0) & ! else it is not there, and that is all to be said
          call read_case(run%deck, run%simulation, run%requests, run%job, diagnostics)
@@ -99,20 +99,20 @@ contains
          return
       end if
       status = run%begin()
-      leave_at = run%simulation%interruption%times
+      interruption = run%simulation%interruption
    end function run_deck
 
    !> Go on from a checkpoint.
-   integer function restart(options, leave_at) result(status)
+   integer function restart(options, interruption) result(status)
       type(options_t), intent(in) :: options
       !> as run_program
-      integer(i8), intent(inout) :: leave_at
+      type(interruption_t), intent(inout) :: interruption
       type(run_t), allocatable :: run
       type(checkpoint_t) :: checkpoint
       type(diagnostics_t) :: diagnostics
-      character(len=:), allocatable :: ignored
+      character(len=:), allocatable :: ignored, problem
       allocate (run)
-      call prepare(run, options, leave_at)
+      call prepare(run, options, interruption)
       status = exit_done
       call run%open(options%restart, checkpoint)
       if (.not. allocated(checkpoint%error)) then
@@ -132,22 +132,29 @@ contains
          call run%deck%explain(output_unit, run%manual)
          return
       end if
+      call memory_problem(int(run%n_elements, i8), bytes_to_run, 'to be run', problem)
+      if (allocated(problem)) then
+         call checkpoint%abandon()
+         status = exit_wrong_input
+         write (error_unit, '(a)') 'rfem: error: '//options%restart//': '//problem
+         return
+      end if
       call say_hello(run%job)
       run%simulation%reading_time = monotonic_time() - run%start
       status = run%go_on(checkpoint)
-      leave_at = run%simulation%interruption%times
+      interruption = run%simulation%interruption
    end function restart
 
    !> What a run knows before its deck is read.
-   subroutine prepare(run, options, leave_at)
+   subroutine prepare(run, options, interruption)
       type(run_t), intent(inout) :: run
       type(options_t), intent(in) :: options
-      integer(i8), intent(in) :: leave_at
+      type(interruption_t), intent(in) :: interruption
       run%start = monotonic_time()
       call catch_save_signal()
       if (options%threads > 0) call omp_set_num_threads(options%threads)
       run%simulation%log%quiet = options%quiet
-      run%simulation%interruption%leave_at = leave_at
+      run%simulation%interruption = interruption
       call describe(run%manual)
    end subroutine prepare
 

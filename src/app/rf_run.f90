@@ -2,14 +2,15 @@
 module rf_run
    use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
    use omp_lib, only: omp_get_max_threads
-   use rf_kinds, only: wp
+   use rf_kinds, only: wp, i8
    use rf_clock, only: monotonic_time, date_text
    use rf_deck, only: deck_t
    use rf_output_input, only: output_requests_t
    use rf_checkpoint, only: checkpoint_t, checkpoint_path
+   use rf_provenance, only: provenance_t
    use rf_simulation, only: simulation_t, exit_done, exit_not_written, exit_interrupted
    use rf_summary, only: summarise_run
-   use rf_system, only: make_folders, is_folder, path_exists, host_name, catch_leave_signals
+   use rf_system, only: make_folders, is_folder, path_exists, real_path, host_name, process_id, catch_leave_signals
    use rf_log, only: short
    use rf_text, only: text_t, to_text
    use rf_version, only: version, commit, compiler, flags
@@ -26,13 +27,17 @@ module rf_run
       type(output_requests_t) :: requests
       !> the deck, and one that describes itself
       type(deck_t) :: deck, manual
+      !> elements of the checkpoint
+      integer :: n_elements = 0
       !> what all result files begin with, and the folder they lie in (empty: the working directory)
       character(len=:), allocatable :: job, folder
       !> monotonic time at the start of the program [s]; wall-clock time of the run before that, by earlier processes [s]
       real(wp) :: start = 0
       real(wp), private :: spent = 0
-      !> the result files are open; they are not deleted when something cannot be written, for a checkpoint goes with them
-      logical, private :: opened = .false., keep = .false.
+      !> it goes on from JOB.rst.h5 itself: the next checkpoint makes it the previous one
+      logical, private :: from_newest = .true.
+      !> the result files are open; there is a checkpoint from which the run can go on with them
+      logical, private :: opened = .false., resumable = .false.
    contains
       procedure :: begin, open => open_checkpoint, go_on
       procedure, private :: prefix, title, run_to_end, save, finish, tell_how_to_go_on, fill_provenance
@@ -65,10 +70,18 @@ contains
       class(run_t), intent(inout) :: self
       character(len=*), intent(in) :: path
       type(checkpoint_t), intent(inout) :: checkpoint
-      call checkpoint%begin_reading(path, version, commit)
+      type(provenance_t) :: program
+      integer :: n_elements
+      call fill_program(program)
+      call checkpoint%begin_reading(path, program)
       if (.not. allocated(checkpoint%error)) call checkpoint%exchange('job', self%job)
+      if (.not. allocated(checkpoint%error)) call checkpoint%exchange('elements', n_elements)
+      self%n_elements = 0
+      if (allocated(checkpoint%error)) return
+      self%n_elements = n_elements
       self%folder = ''
       if (index(path, '/') > 0) self%folder = path(:max(1, index(path, '/', back=.true.) - 1))
+      self%from_newest = real_path(path) == real_path(checkpoint_path(self%prefix()))
    end subroutine open_checkpoint
 
    !> Go on from a checkpoint; the deck in it has been read.
@@ -80,8 +93,7 @@ contains
       call catch_leave_signals()
       call self%fill_provenance()
       associate (simulation => self%simulation, provenance => self%simulation%recorder%provenance)
-         provenance%start_time = checkpoint%origin%start_time
-         provenance%restarts = checkpoint%origin%restarts + 1
+         call continue_provenance(provenance, checkpoint)
          call simulation%model%prepare()
          call simulation%recorder%take_requests(self%requests)
          call simulation%exchange(checkpoint)
@@ -95,9 +107,23 @@ contains
          end if
       end associate
       self%opened = .not. allocated(error)
-      self%keep = .true.
+      self%resumable = .true.
       status = self%run_to_end(error)
    end function go_on
+
+   !> What stays of the beginning of the run, and who goes on with it.
+   subroutine continue_provenance(provenance, checkpoint)
+      type(provenance_t), intent(inout) :: provenance
+      type(checkpoint_t), intent(in) :: checkpoint
+      provenance%start_time = checkpoint%origin%start_time
+      provenance%run_id = checkpoint%origin%run_id
+      provenance%restarts = checkpoint%origin%restarts + 1
+      provenance%continued_by = checkpoint%origin%continued_by
+      if (len(checkpoint%note) == 0) return
+      if (len(provenance%continued_by) > 0) provenance%continued_by = provenance%continued_by//'; '
+      provenance%continued_by = provenance%continued_by//'from restart '//to_text(provenance%restarts)//' on: commit '// &
+                                provenance%commit//', '//provenance%compiler//', '//provenance%flags
+   end subroutine continue_provenance
 
    !> Run until nothing is left to do or somebody stops it; checkpoints on the way; say how it went.
    integer function run_to_end(self, error) result(status)
@@ -119,9 +145,9 @@ contains
          status = simulation%status
          if (allocated(error)) then
             status = exit_not_written
-            if (self%opened) call simulation%recorder%discard(self%keep)
+            if (self%opened) call simulation%recorder%discard(self%resumable)
             write (error_unit, '(a)') 'rfem: error: '//error
-            if (self%keep) write (error_unit, '(a)') 'rfem: note: the results up to there are kept'//last_checkpoint(self%prefix())
+            if (self%opened .or. self%resumable) call tell_what_is_left(self%prefix())
             return
          end if
          if (status == exit_interrupted) then
@@ -141,16 +167,19 @@ contains
       real(wp) :: begun
       begun = monotonic_time()
       associate (simulation => self%simulation)
-         self%keep = .true.
          simulation%wall_time = self%spent + (monotonic_time() - self%start)
+         checkpoint%keep_newest = self%from_newest
          call checkpoint%begin_writing(self%prefix(), simulation%recorder%provenance)
          call checkpoint%exchange('job', self%job)
+         call checkpoint%exchange('elements', simulation%model%mesh%n_elements)
          call simulation%exchange(checkpoint)
          call checkpoint%finish_writing()
          if (allocated(checkpoint%error)) then
             error = checkpoint%error
             return
          end if
+         self%resumable = .true.
+         self%from_newest = .true.
          if (simulation%interruption%leave .and. .not. simulation%is_over()) simulation%status = exit_interrupted
          simulation%interruption%save = .false.
          if (simulation%restart%write) simulation%interruption%save_at = monotonic_time() + &
@@ -171,6 +200,13 @@ contains
          end if
       end associate
    end subroutine finish
+
+   !> A run could not write something: what there is of it.
+   subroutine tell_what_is_left(prefix)
+      character(len=*), intent(in) :: prefix
+      if (path_exists(prefix//'.h5')) &
+         write (error_unit, '(a)') 'rfem: note: the results up to there are kept'//last_checkpoint(prefix)
+   end subroutine tell_what_is_left
 
    !> What a run can go on from that could not write something.
    function last_checkpoint(prefix) result(text)
@@ -235,15 +271,24 @@ contains
       associate (provenance => self%simulation%recorder%provenance)
          provenance%deck = self%deck%full_text()
          provenance%deck_name = self%deck%name()
-         provenance%version = version
-         provenance%commit = commit
-         provenance%compiler = compiler
-         provenance%flags = flags
+         call fill_program(provenance)
          provenance%host = host_name()
          provenance%start_time = date_text()
+         provenance%run_id = provenance%start_time//' '//provenance%host//' '//to_text(process_id())//' '// &
+                             to_text(nint(1000*monotonic_time(), i8))
+         provenance%continued_by = ''
          provenance%threads = omp_get_max_threads()
          call self%deck%settings(provenance%setting_names, provenance%setting_values, provenance%setting_origins, self%manual)
       end associate
    end subroutine fill_provenance
+
+   !> What this program is.
+   subroutine fill_program(provenance)
+      type(provenance_t), intent(inout) :: provenance
+      provenance%version = version
+      provenance%commit = commit
+      provenance%compiler = compiler
+      provenance%flags = flags
+   end subroutine fill_program
 
 end module rf_run

@@ -4,8 +4,9 @@ submodule(rf_simulation) rf_simulation_state
 
 contains
 
-   !> To or from a checkpoint. (Derived: replaced, restart, cracks_note follow from the deck; log, interruption, reading_time,
-   !> status, message are of one process; run_over ends a run.)
+   !> To or from a checkpoint. (Derived: replaced, restart, cracks_note follow from the deck, and so do steps, relaxation, fracture,
+   !> loads, removals but for what `exchange_definitions` takes; log, interruption, reading_time, status, message are of one
+   !> process; run_over ends a run.)
    module subroutine exchange(self, archive)
       class(simulation_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
@@ -29,7 +30,9 @@ contains
       call archive%leave()
       call exchange_progress(self, archive)
       call exchange_definitions(self, archive)
-      if (.not. archive%reading) return
+      if (.not. archive%reading .or. allocated(archive%error)) return
+      if (self%position%step < 1 .or. self%position%step > size(self%steps)) call archive%fail('position/step is no step')
+      if (allocated(archive%error)) return
       self%model%failure%settings = self%fracture(self%position%step)
       self%model%relaxation%settings = self%relaxation(self%position%step)
    end subroutine exchange
@@ -69,6 +72,9 @@ contains
       call archive%exchange('removal_entity', removal)
       call archive%exchange('increments', increments)
       if (.not. archive%reading .or. allocated(archive%error)) return
+      if (size(load) /= size(self%loads) .or. size(removal) /= size(self%removals) .or. size(increments) /= size(self%steps)) &
+         call archive%fail('load_entity, removal_entity or increments does not fit the deck')
+      if (allocated(archive%error)) return
       do i = 1, size(self%loads)
          self%loads(i)%entity = load(i)
       end do

@@ -7,7 +7,7 @@
 !> names of one type apart from those of another: `enter`, `leave`.
 !>
 !> The first thing that fails is told in `error`; from then on nothing is done. Where the bytes go is the business of an extension
-!> (rf_checkpoint: HDF5), which has three things to know: groups, how a datum looks, and where it lies in memory.
+!> (rf_hdf5_archive), which has three things to know: groups, how a datum looks, and where it lies in memory.
 module rf_archive
    use, intrinsic :: iso_c_binding, only: c_loc, c_null_ptr, c_ptr
    use rf_kinds, only: wp, i1, i8
@@ -127,6 +127,11 @@ contains
          call self%look_up(name, found)
          if (.not. allocated(self%error) .and. found%present .and. (found%element /= datum%element &
              .or. found%rank /= datum%rank)) call self%fail(name//' has another type or number of dimensions')
+         if (datum%rank == 0 .and. .not. found%present) call self%fail(name//' has no value')
+         if (present(used) .and. found%present .and. .not. allocated(self%error)) then
+            if (found%upper(datum%rank) /= max(used, found%lower(datum%rank) - 1)) &
+               call self%fail(name//' has '//to_text(found%extent(datum%rank))//' entities, not '//to_text(used))
+         end if
          datum%present = found%present
          datum%lower = found%lower
          datum%extent = found%extent
@@ -139,6 +144,16 @@ contains
       end if
       ready = .not. allocated(self%error)
    end subroutine prepare
+
+   !> Whether an allocation has failed, which the archive then fails with.
+   logical function no_memory(self, name, status)
+      class(archive_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      !> of the allocation
+      integer, intent(in) :: status
+      no_memory = status /= 0
+      if (no_memory) call self%fail(name//': no memory for it')
+   end function no_memory
 
    !> A real number.
    subroutine real_0(self, name, value)
@@ -171,8 +186,7 @@ contains
          status = 0
          if (allocated(values)) deallocate (values)
          if (datum%present) allocate (values(datum%lower(1):datum%upper(1)), stat=status)
-         if (status /= 0) call self%fail(name//': no memory for it')
-         if (status /= 0) return
+         if (no_memory(self, name, status)) return
       end if
       if (allocated(values)) then
          call self%move(name, datum, c_loc(values))
@@ -200,8 +214,7 @@ contains
          status = 0
          if (allocated(values)) deallocate (values)
          if (datum%present) allocate (values(datum%lower(1):datum%upper(1), datum%lower(2):datum%upper(2)), stat=status)
-         if (status /= 0) call self%fail(name//': no memory for it')
-         if (status /= 0) return
+         if (no_memory(self, name, status)) return
       end if
       if (allocated(values)) then
          call self%move(name, datum, c_loc(values))
@@ -231,8 +244,7 @@ contains
          if (datum%present) allocate (values(datum%lower(1):datum%upper(1), &
                                               datum%lower(2):datum%upper(2), &
                                               datum%lower(3):datum%upper(3)), stat=status)
-         if (status /= 0) call self%fail(name//': no memory for it')
-         if (status /= 0) return
+         if (no_memory(self, name, status)) return
       end if
       if (allocated(values)) then
          call self%move(name, datum, c_loc(values))
@@ -272,8 +284,7 @@ contains
          status = 0
          if (allocated(values)) deallocate (values)
          if (datum%present) allocate (values(datum%lower(1):datum%upper(1)), stat=status)
-         if (status /= 0) call self%fail(name//': no memory for it')
-         if (status /= 0) return
+         if (no_memory(self, name, status)) return
       end if
       if (allocated(values)) then
          call self%move(name, datum, c_loc(values))
@@ -301,8 +312,7 @@ contains
          status = 0
          if (allocated(values)) deallocate (values)
          if (datum%present) allocate (values(datum%lower(1):datum%upper(1), datum%lower(2):datum%upper(2)), stat=status)
-         if (status /= 0) call self%fail(name//': no memory for it')
-         if (status /= 0) return
+         if (no_memory(self, name, status)) return
       end if
       if (allocated(values)) then
          call self%move(name, datum, c_loc(values))
@@ -342,8 +352,7 @@ contains
          status = 0
          if (allocated(values)) deallocate (values)
          if (datum%present) allocate (values(datum%lower(1):datum%upper(1)), stat=status)
-         if (status /= 0) call self%fail(name//': no memory for it')
-         if (status /= 0) return
+         if (no_memory(self, name, status)) return
       end if
       if (allocated(values)) then
          call self%move(name, datum, c_loc(values))
@@ -371,8 +380,7 @@ contains
          status = 0
          if (allocated(values)) deallocate (values)
          if (datum%present) allocate (values(datum%lower(1):datum%upper(1), datum%lower(2):datum%upper(2)), stat=status)
-         if (status /= 0) call self%fail(name//': no memory for it')
-         if (status /= 0) return
+         if (no_memory(self, name, status)) return
       end if
       if (allocated(values)) then
          call self%move(name, datum, c_loc(values))
@@ -412,8 +420,7 @@ contains
          status = 0
          if (allocated(values)) deallocate (values)
          if (datum%present) allocate (values(datum%lower(1):datum%upper(1)), stat=status)
-         if (status /= 0) call self%fail(name//': no memory for it')
-         if (status /= 0) return
+         if (no_memory(self, name, status)) return
       end if
       if (allocated(values)) then
          call self%move(name, datum, c_loc(values))
@@ -441,8 +448,7 @@ contains
          status = 0
          if (allocated(values)) deallocate (values)
          if (datum%present) allocate (values(datum%lower(1):datum%upper(1), datum%lower(2):datum%upper(2)), stat=status)
-         if (status /= 0) call self%fail(name//': no memory for it')
-         if (status /= 0) return
+         if (no_memory(self, name, status)) return
       end if
       if (allocated(values)) then
          call self%move(name, datum, c_loc(values))
@@ -468,15 +474,18 @@ contains
       logical, allocatable, intent(inout) :: values(:)
       integer, intent(in), optional :: used
       integer(i1), allocatable :: copy(:)
+      integer :: status
       if (.not. self%reading .and. allocated(values)) then
-         allocate (copy(lbound(values, 1):ubound(values, 1)))
+         allocate (copy(lbound(values, 1):ubound(values, 1)), stat=status)
+         if (no_memory(self, name, status)) return
          copy = merge(1_i1, 0_i1, values)
       end if
       call self%exchange(name, copy, used)
       if (.not. self%reading .or. allocated(self%error)) return
       if (allocated(values)) deallocate (values)
       if (.not. allocated(copy)) return
-      allocate (values(lbound(copy, 1):ubound(copy, 1)))
+      allocate (values(lbound(copy, 1):ubound(copy, 1)), stat=status)
+      if (no_memory(self, name, status)) return
       values = copy == 1_i1
    end subroutine logical_1
 
@@ -486,15 +495,18 @@ contains
       logical, allocatable, intent(inout) :: values(:, :)
       integer, intent(in), optional :: used
       integer(i1), allocatable :: copy(:, :)
+      integer :: status
       if (.not. self%reading .and. allocated(values)) then
-         allocate (copy(lbound(values, 1):ubound(values, 1), lbound(values, 2):ubound(values, 2)))
+         allocate (copy(lbound(values, 1):ubound(values, 1), lbound(values, 2):ubound(values, 2)), stat=status)
+         if (no_memory(self, name, status)) return
          copy = merge(1_i1, 0_i1, values)
       end if
       call self%exchange(name, copy, used)
       if (.not. self%reading .or. allocated(self%error)) return
       if (allocated(values)) deallocate (values)
       if (.not. allocated(copy)) return
-      allocate (values(lbound(copy, 1):ubound(copy, 1), lbound(copy, 2):ubound(copy, 2)))
+      allocate (values(lbound(copy, 1):ubound(copy, 1), lbound(copy, 2):ubound(copy, 2)), stat=status)
+      if (no_memory(self, name, status)) return
       values = copy == 1_i1
    end subroutine logical_2
 
@@ -534,6 +546,8 @@ contains
       if (.not. self%reading .or. allocated(self%error)) return
       if (allocated(texts)) deallocate (texts)
       if (.not. (allocated(length) .and. allocated(all_texts))) return
+      if (sum(max(0_i8, int(length, i8))) /= len(all_texts)) call self%fail(name//' has texts of another length')
+      if (allocated(self%error)) return
       allocate (texts(size(length)))
       place = 0
       do i = 1, size(length)
@@ -563,11 +577,9 @@ contains
       if (.not. self%reading .or. allocated(self%error)) return
       if (allocated(texts)) deallocate (texts)
       if (.not. allocated(all_texts)) return
+      if (n < 0 .or. int(n, i8)*len(texts) /= len(all_texts)) call self%fail(name//' has texts of another length')
+      if (allocated(self%error)) return
       allocate (texts(n))
-      if (len(all_texts) /= n*len(texts)) then
-         call self%fail(name//' has texts of another length')
-         return
-      end if
       do i = 1, n
          texts(i) = all_texts((i - 1)*len(texts) + 1:i*len(texts))
       end do

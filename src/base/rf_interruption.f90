@@ -14,7 +14,7 @@ module rf_interruption
    type :: interruption_t
       !> moments at which the run is left, and at which a checkpoint is written, of itself: on the scale of `monotonic_time` [s]
       real(wp) :: deadline = huge(1.0_wp), save_at = huge(1.0_wp)
-      !> for tests: how often it is asked until the run is left, wherever it is then (negative: never)
+      !> how often it is asked until the run is left, wherever it is then (negative: this is no reason to leave it)
       integer(i8) :: leave_at = -1
       !> how often it has been asked
       integer(i8) :: times = 0
@@ -48,7 +48,7 @@ contains
       text = leave_signal()
       if (len(text) > 0) return
       text = 'the wall-clock limit'
-      if (self%times >= self%leave_at .and. self%leave_at >= 0) text = 'a test'
+      if (self%times >= self%leave_at .and. self%leave_at >= 0) text = 'the count of its questions'
    end function reason
 
 end module rf_interruption

@@ -1,8 +1,10 @@
-!> The operating system: files and folders, terminal, signals, environment. The one file that calls C's library for them.
+!> The operating system: files and folders, terminal, signals, environment. The one file that calls C's library for them (what is in
+!> files: rf_stream).
 module rf_system
    use, intrinsic :: iso_c_binding, only: c_char, c_funloc, c_funptr, c_int, c_intptr_t, c_null_char, &
-      c_null_funptr, c_ptr, c_size_t, c_associated, c_f_pointer
+      c_null_funptr, c_ptr, c_size_t, c_associated
    use rf_kinds, only: i8
+   use rf_stream, only: stream_t, last_error, last_reason, reason_of
    implicit none
    private
    public :: is_terminal, path_exists, is_folder, is_readable, read_whole, make_folders, rename_file, remove_file, link_file, &
@@ -16,11 +18,13 @@ module rf_system
    integer, parameter :: largest_file = 1073741823
 
    integer(c_int), parameter :: may_exist = 0, may_read = 4
+   !> errors (Linux's errno.h): EACCES, EINVAL, EOPNOTSUPP
+   integer, parameter :: not_permitted = 13, not_for_this = 22, not_supported = 95
    !> numbers of Linux
    integer(c_int), parameter :: signal_interrupt = 2, signal_user_1 = 10, signal_terminate = 15, signal_file_size = 25
    !> SIG_IGN of signal.h: the handler that does nothing
    integer(c_intptr_t), parameter :: ignoring = 1_c_intptr_t
-   integer, parameter :: longest_path = 4096, longest_reason = 256
+   integer, parameter :: longest_path = 4096
    integer, parameter :: first_chunk = 65536
    !> permissions of a new folder, cut down by the user's mask: rwxrwxrwx
    integer(c_int), parameter :: folder_mode = 511_c_int
@@ -61,17 +65,6 @@ module rf_system
          character(kind=c_char), intent(in) :: old(*), new(*)
          integer(c_int) :: status
       end function c_rename
-      function c_errno_location() bind(c, name='__errno_location') result(place)
-         import :: c_ptr
-         type(c_ptr) :: place
-      end function c_errno_location
-      function c_strerror(number, text, length) bind(c, name='__xpg_strerror_r') result(status)
-         import :: c_int, c_char, c_size_t
-         integer(c_int), value :: number
-         character(kind=c_char), intent(inout) :: text(*)
-         integer(c_size_t), value :: length
-         integer(c_int) :: status
-      end function c_strerror
       function c_link(old, new) bind(c, name='link') result(status)
          import :: c_int, c_char
          character(kind=c_char), intent(in) :: old(*), new(*)
@@ -88,44 +81,6 @@ module rf_system
          character(kind=c_char), intent(inout) :: resolved(*)
          type(c_ptr) :: place
       end function c_realpath
-      function c_fopen(path, mode) bind(c, name='fopen') result(file)
-         import :: c_ptr, c_char
-         character(kind=c_char), intent(in) :: path(*), mode(*)
-         type(c_ptr) :: file
-      end function c_fopen
-      function c_fdopen(descriptor, mode) bind(c, name='fdopen') result(file)
-         import :: c_ptr, c_char, c_int
-         integer(c_int), value :: descriptor
-         character(kind=c_char), intent(in) :: mode(*)
-         type(c_ptr) :: file
-      end function c_fdopen
-      function c_fread(buffer, size, number, file) bind(c, name='fread') result(got)
-         import :: c_ptr, c_char, c_size_t
-         character(kind=c_char), intent(inout) :: buffer(*)
-         integer(c_size_t), value :: size, number
-         type(c_ptr), value :: file
-         integer(c_size_t) :: got
-      end function c_fread
-      function c_ferror(file) bind(c, name='ferror') result(status)
-         import :: c_ptr, c_int
-         type(c_ptr), value :: file
-         integer(c_int) :: status
-      end function c_ferror
-      function c_fileno(file) bind(c, name='fileno') result(descriptor)
-         import :: c_ptr, c_int
-         type(c_ptr), value :: file
-         integer(c_int) :: descriptor
-      end function c_fileno
-      function c_fsync(descriptor) bind(c, name='fsync') result(status)
-         import :: c_int
-         integer(c_int), value :: descriptor
-         integer(c_int) :: status
-      end function c_fsync
-      function c_fclose(file) bind(c, name='fclose') result(status)
-         import :: c_ptr, c_int
-         type(c_ptr), value :: file
-         integer(c_int) :: status
-      end function c_fclose
       function c_gethostname(name, length) bind(c, name='gethostname') result(status)
          import :: c_int, c_char, c_size_t
          character(kind=c_char), intent(inout) :: name(*)
@@ -190,13 +145,13 @@ contains
       character(len=:), allocatable, intent(out) :: text
       !> read_ok, read_missing, read_folder, read_refused, read_failed or read_too_large
       integer, intent(out) :: status
-      type(c_ptr) :: file
+      type(stream_t) :: file
       integer(i8) :: size_told
-      integer(c_int) :: closed
+      logical :: opened, closed
       text = ''
       size_told = 0
       if (len(path) == 0) then
-         file = c_fdopen(0_c_int, 'r'//c_null_char)
+         opened = file%open_input()
          status = read_failed
       else
          status = read_missing
@@ -204,17 +159,17 @@ contains
          status = read_folder
          if (is_folder(path)) return
          status = read_refused
-         file = c_fopen(path//c_null_char, 'r'//c_null_char)
+         opened = file%open(path, 'r')
          inquire (file=path, size=size_told)
       end if
-      if (.not. c_associated(file)) return
+      if (.not. opened) return
       call read_stream(file, max(size_told, 0_i8), text, status)
-      if (len(path) > 0) closed = c_fclose(file)
+      if (len(path) > 0) closed = file%close()
    end subroutine read_whole
 
    !> Read an open stream to its end; the buffer doubles when the size was not told.
    subroutine read_stream(file, size_told, text, status)
-      type(c_ptr), intent(in) :: file
+      type(stream_t), intent(inout) :: file
       integer(i8), intent(in) :: size_told
       character(len=:), allocatable, intent(out) :: text
       integer, intent(out) :: status
@@ -226,7 +181,7 @@ contains
       allocate (character(len=max(size_told + 1_i8, int(first_chunk, i8))) :: buffer)
       used = 0
       do
-         got = int(c_fread(buffer(used + 1:), 1_c_size_t, int(len(buffer, i8) - used, c_size_t), file), i8)
+         got = file%read(buffer(used + 1:))
          if (got <= 0) exit
          used = used + got
          if (used > int(largest_file, i8)) return
@@ -236,7 +191,7 @@ contains
             call move_alloc(larger, buffer)
          end if
       end do
-      status = merge(read_ok, read_failed, c_ferror(file) == 0)
+      status = merge(read_ok, read_failed, file%is_sound())
       text = buffer(:used)
    end subroutine read_stream
 
@@ -263,21 +218,6 @@ contains
       if (.not. done .and. present(reason)) reason = last_reason()
    end function rename_file
 
-   !> What the system says of the call that failed last.
-   function last_reason() result(reason)
-      character(len=:), allocatable :: reason
-      integer(c_int), pointer :: number
-      character(kind=c_char) :: text(longest_reason)
-      integer :: i
-      call c_f_pointer(c_errno_location(), number)
-      reason = ''
-      if (c_strerror(number, text, int(longest_reason, c_size_t)) /= 0) return
-      do i = 1, longest_reason
-         if (text(i) == c_null_char) exit
-         reason = reason//text(i)
-      end do
-   end function last_reason
-
    !> Give a file a second name, which must not exist yet. True when done (not every file system can).
    logical function link_file(old, new) result(done)
       !> present and further path
@@ -295,28 +235,44 @@ contains
    end function remove_file
 
    !> Wait until what was written to a closed or flushed file lies on the disk; true when it does.
-   logical function sync_file(path) result(done)
+   logical function sync_file(path, reason) result(done)
       !> path of the file
       character(len=*), intent(in) :: path
-      done = synced(path, 'r+')
+      !> why it does not, as the system says it
+      character(len=:), allocatable, intent(out), optional :: reason
+      integer :: number
+      done = synced(path, 'r+', number)
+      if (.not. done .and. present(reason)) reason = reason_of(number)
    end function sync_file
 
-   !> Wait until the names of a folder's files lie on the disk; true when they do.
-   logical function sync_folder(path) result(done)
-      !> path of the folder
+   !> Wait until the names of a folder's files lie on the disk; true when they do, also where the system knows no such thing: a
+   !> file system that cannot bring folders to the disk, a folder that may be written to but not read.
+   logical function sync_folder(path, reason) result(done)
+      !> path of the folder; empty: the working directory
       character(len=*), intent(in) :: path
-      done = synced(path, 'r')
+      !> why they do not, as the system says it
+      character(len=:), allocatable, intent(out), optional :: reason
+      integer :: number
+      if (len(path) == 0) then
+         done = synced('.', 'r', number)
+      else
+         done = synced(path, 'r', number)
+      end if
+      done = done .or. number == not_permitted .or. number == not_for_this .or. number == not_supported
+      if (.not. done .and. present(reason)) reason = reason_of(number)
    end function sync_folder
 
-   logical function synced(path, mode) result(done)
+   logical function synced(path, mode, number) result(done)
       character(len=*), intent(in) :: path, mode
-      type(c_ptr) :: file
-      integer(c_int) :: status
-      done = .false.
-      file = c_fopen(path//c_null_char, mode//c_null_char)
-      if (.not. c_associated(file)) return
-      done = c_fsync(c_fileno(file)) == 0
-      status = c_fclose(file)
+      !> of the error, 0 if there was none
+      integer, intent(out) :: number
+      type(stream_t) :: file
+      logical :: closed
+      done = file%open(path, mode)
+      if (done) done = file%sync()
+      number = 0
+      if (.not. done) number = last_error()
+      if (file%is_open()) closed = file%close()
    end function synced
 
    !> Absolute path without links and dots; the path itself if it does not exist.

@@ -325,6 +325,19 @@ contains
       call archive%enter('baseline')
       call self%baseline%exchange(archive)
       call archive%leave()
+      if (archive%reading .and. .not. allocated(archive%error)) call mend_baseline(self)
    end subroutine exchange
+
+   !> Only a checked build keeps the baseline: one that goes on with the checkpoint of another begins with the body as it is now,
+   !> and another does not hand on one that it lets grow old.
+   subroutine mend_baseline(self)
+      class(model_t), intent(inout) :: self
+      type(baseline_t) :: none
+      if (.not. checked_build) then
+         self%baseline = none
+      else if (self%baseline%n_elements == 0) then
+         call take_baseline(self%mesh, self%baseline)
+      end if
+   end subroutine mend_baseline
 
 end module rf_model

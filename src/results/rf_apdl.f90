@@ -43,6 +43,7 @@ module rf_apdl
       procedure :: add_interfaces
       procedure :: end_geometry
       procedure :: add_frame
+      procedure :: frame_count
       procedure :: close => close_file
       procedure :: discard
    end type apdl_t
@@ -257,7 +258,14 @@ contains
       call this%file%overwrite(this%last_place, fixed(this%frames))
       call this%file%overwrite(this%frames_place, fixed(this%frames))
       call this%file%flush(error)
+      if (allocated(error)) this%frames = this%frames - 1
    end subroutine add_frame
+
+   !> Frames that are finished.
+   pure integer function frame_count(this)
+      class(apdl_t), intent(in) :: this
+      frame_count = this%frames
+   end function frame_count
 
    subroutine put_stress(this, id, stress)
       class(apdl_t), intent(inout) :: this
@@ -295,7 +303,7 @@ contains
    !> Close and delete the file, if this run made it.
    subroutine discard(this, keep)
       class(apdl_t), intent(inout) :: this
-      !> leave the files as they are instead of deleting them (default: no)
+      !> leave what is finished instead of deleting it (default: no)
       logical, intent(in), optional :: keep
       call this%file%discard(keep)
    end subroutine discard

@@ -47,6 +47,7 @@ module rf_ascii
       procedure :: element_table
       procedure :: close => close_dat
       procedure :: discard => discard_dat
+      procedure :: is_empty => is_empty_dat
       procedure, private :: header
    end type dat_t
 
@@ -134,7 +135,7 @@ contains
    !> Close and delete.
    subroutine discard_csv(this, keep)
       class(csv_t), intent(inout) :: this
-      !> leave the files as they are instead of deleting them (default: no)
+      !> leave what is finished instead of deleting it (default: no)
       logical, intent(in), optional :: keep
       call this%file%discard(keep)
    end subroutine discard_csv
@@ -270,8 +271,14 @@ contains
    !> Close and delete.
    subroutine discard_dat(this, keep)
       class(dat_t), intent(inout) :: this
-      !> leave the files as they are instead of deleting them (default: no)
+      !> leave what is finished instead of deleting it (default: no)
       logical, intent(in), optional :: keep
       call this%file%discard(keep)
    end subroutine discard_dat
+
+   !> Whether no table is finished.
+   pure logical function is_empty_dat(this)
+      class(dat_t), intent(in) :: this
+      is_empty_dat = this%file%is_empty()
+   end function is_empty_dat
 end module rf_ascii

@@ -26,7 +26,7 @@ module rf_frames
       !> changes of the mesh that the geometry in the files has seen; -1: none is there
       integer, private :: mesh_changes = -1
    contains
-      procedure :: exchange, go_on
+      procedure :: exchange, go_on, look_at_text, release
       procedure :: create, write_frame, close => close_files, discard
       procedure, private :: write_mesh, write_cracks, write_apdl
    end type frames_t
@@ -94,6 +94,21 @@ contains
       call self%apdl_file%exchange(archive)
       call archive%leave()
    end subroutine exchange
+
+   !> Look whether the run can go on with the text file, which becomes this process's alone.
+   subroutine look_at_text(self, prefix, error)
+      class(frames_t), intent(inout) :: self
+      !> folder and job name
+      character(len=*), intent(in) :: prefix
+      character(len=:), allocatable, intent(out) :: error
+      if (self%apdl) call self%apdl_file%go_on(prefix//'.mac', .true., error)
+   end subroutine look_at_text
+
+   !> Give back what was looked at only.
+   subroutine release(self)
+      class(frames_t), intent(inout) :: self
+      if (self%apdl) call self%apdl_file%discard(keep=.true.)
+   end subroutine release
 
    !> Go on with the files of a checkpoint.
    subroutine go_on(self, prefix, fracture, dynamic, look_only, error)
@@ -318,13 +333,20 @@ contains
       if (.not. allocated(error) .and. allocated(later)) error = later
    end subroutine close_files
 
-   subroutine discard(self, keep)
+   !> Close; the frames that both files have finished stay, and what has none is deleted unless a checkpoint goes with it.
+   subroutine discard(self, resumable)
       class(frames_t), intent(inout) :: self
-      !> leave the files as they are instead of deleting them (default: no)
-      logical, intent(in), optional :: keep
-      if (self%vtkhdf) call self%mesh_file%discard(keep)
-      if (self%vtkhdf) call self%crack_file%discard(keep)
-      if (self%apdl) call self%apdl_file%discard(keep)
+      !> there is a checkpoint
+      logical, intent(in) :: resumable
+      integer :: frames
+      if (self%vtkhdf) then
+         frames = min(self%mesh_file%frame_count(), self%crack_file%frame_count())
+         call self%mesh_file%discard(keep=resumable .or. frames > 0)
+         call self%crack_file%discard(keep=resumable .or. frames > 0)
+         if (frames > 0) call self%mesh_file%mend(frames)
+         if (frames > 0) call self%crack_file%mend(frames)
+      end if
+      if (self%apdl) call self%apdl_file%discard(keep=resumable .or. self%apdl_file%frame_count() > 0)
    end subroutine discard
 
 end module rf_frames

@@ -1,13 +1,14 @@
 !> The thin layer over HDF5: files, groups, attributes, whole datasets. Growing datasets: rf_hdf5_series.
 !>
-!> No other module of rfem uses the library. Nothing here stops: every procedure that can fail hands back `error`, the file and
-!> the reason the system gave; unallocated means that all is well. HDF5's own printing is switched off.
+!> Besides it only rf_hdf5_series, rf_hdf5_archive and rf_hdf5_reason use the library. Nothing here stops: every procedure that can
+!> fail hands back `error`, the file and the reason the system gave; unallocated means that all is well. HDF5's own printing is
+!> switched off.
 module rf_hdf5
    use, intrinsic :: iso_c_binding, only: c_bool, c_int, c_int64_t, c_f_pointer, c_loc, c_ptr, c_null_char, c_char
    use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5fcreate_f, h5fopen_f, h5fclose_f, h5fflush_f, &
       h5fget_obj_count_f, h5gcreate_f, h5gclose_f, h5pcreate_f, h5pclose_f, h5pset_libver_bounds_f, h5pset_fclose_degree_f, &
       h5eset_auto_f, h5screate_f, h5screate_simple_f, h5sclose_f, h5acreate_by_name_f, h5aexists_by_name_f, &
-      h5aopen_f, h5oopen_f, h5oclose_f, &
+      h5aopen_f, h5aopen_by_name_f, h5aget_type_f, h5aread_f, h5tget_size_f, h5oopen_f, h5oclose_f, &
       h5adelete_by_name_f, h5awrite_f, h5aclose_f, h5dcreate_f, h5dwrite_f, h5dclose_f, h5tcopy_f, h5tclose_f, h5tset_size_f, &
       h5tset_strpad_f, h5tset_cset_f, h5kind_to_type, h5_integer_kind, h5t_native_double, h5t_c_s1, h5t_ieee_f64le, &
       h5t_std_i64le, h5t_str_nullpad_f, h5t_cset_ascii_f, h5t_cset_utf8_f, h5s_scalar_f, h5p_file_access_f, h5p_file_create_f, &
@@ -50,6 +51,7 @@ module rf_hdf5
       procedure, private :: attribute_text, attribute_integer, attribute_long, attribute_integers, attribute_real
       !> set an attribute of a group or dataset; an old one of that name is replaced (not while in SWMR mode)
       generic :: set_attribute => attribute_text, attribute_integer, attribute_long, attribute_integers, attribute_real
+      procedure :: get_attribute, remove_attribute
       procedure, private :: dataset_text, dataset_texts, dataset_reals, dataset_integers
       !> write a dataset whose size is known: one text of any length, or a list of texts, reals, integers
       generic :: add_dataset => dataset_text, dataset_texts, dataset_reals, dataset_integers
@@ -173,29 +175,56 @@ contains
    end subroutine open_file
 
    !> Open a file of an earlier process to go on with it. Where that was killed, the marks of a file being written are taken off
-   !> and what it wrote last is counted in, as `h5clear -s --increment=0` does; but a file that was cut short is refused.
-   subroutine reopen(this, path, error)
+   !> and what it wrote last is counted in, as `h5clear -s --increment=0` does; but a file that was cut short is refused. HDF5 does
+   !> not keep two processes from it: who goes on with a run has its text files locked before.
+   subroutine reopen(this, path, error, look_only)
       class(hdf5_file_t), intent(out) :: this
       character(len=*), intent(in) :: path
       character(len=:), allocatable, intent(out) :: error
-      integer(hid_t) :: access, id
-      integer :: status, ignored
+      !> for reading; nothing is changed, not even the marks (default: no)
+      logical, intent(in), optional :: look_only
+      integer(hid_t) :: id
+      integer :: ignored
+      logical :: to_write
+      to_write = .true.
+      if (present(look_only)) to_write = .not. look_only
       if (.not. path_exists(path)) then
+         this%path = path
          error = path//': is missing; the run cannot go on without it'
          return
       end if
-      call this%open(path, .true., error)
+      call this%open(path, to_write, error)
       if (.not. allocated(error)) return
+      if (index(error, 'already open') == 0) return
+      call open_marked(path, to_write, id)
+      if (id == closed_id) return
+      if (to_write) then
+         call h5fclose_f(id, ignored)
+         call this%open(path, .true., error)
+      else
+         this%id = id
+         deallocate (error)
+      end if
+   end subroutine reopen
+
+   !> Open a file that is marked as being written, of which nobody is the writer any more. Written to, it is not marked any longer.
+   subroutine open_marked(path, writable, id)
+      character(len=*), intent(in) :: path
+      logical, intent(in) :: writable
+      !> of the open file, closed_id if that cannot be
+      integer(hid_t), intent(out) :: id
+      integer(hid_t) :: access
+      integer :: status, ignored
       call access_list(access)
       ignored = c_set_property(int(access, c_int64_t), 'clear_status_flags'//c_null_char, .true._c_bool)
-      call h5fopen_f(path, h5f_acc_rdwr_f, id, status, access_prp=access)
+      call h5fopen_f(path, merge(h5f_acc_rdwr_f, h5f_acc_rdonly_f, writable), id, status, access_prp=access)
       if (status >= 0) then
          status = c_increment_size(int(id, c_int64_t), 0_c_int64_t)
-         call h5fclose_f(id, ignored)
+         if (status < 0) call h5fclose_f(id, ignored)
       end if
+      if (status < 0) id = closed_id
       call h5pclose_f(access, ignored)
-      if (status >= 0) call this%open(path, .true., error)
-   end subroutine reopen
+   end subroutine open_marked
 
    !> The way files are opened: 1.10 format; closing closes all that is in the file, so that a failed run leaves no ids behind.
    subroutine access_list(access)
@@ -247,9 +276,10 @@ contains
    subroutine sync(this, error)
       class(hdf5_file_t), intent(in) :: this
       character(len=:), allocatable, intent(out) :: error
+      character(len=:), allocatable :: reason
       call this%flush(error)
       if (allocated(error)) return
-      if (.not. sync_file(this%path)) error = this%path//': cannot be written to the disk'
+      if (.not. sync_file(this%path, reason)) error = this%path//': cannot be written to the disk: '//reason
    end subroutine sync
 
    !> Close; what was opened in the file is closed with it. Nothing to do for a closed file. After a failure the file is
@@ -266,14 +296,19 @@ contains
    end subroutine close_file
 
    !> Close and delete what `create` made; errors do not matter any more. HDF5 does not close what it cannot write (full disk, limit
-   !> of file sizes), and crashes when asked twice, so first all that it still wants to write is sent to memory.
-   subroutine discard(this, keep)
+   !> of file sizes), and crashes when asked twice, so first all that it still wants to write is sent to memory; what is kept then
+   !> ends with the last flush.
+   subroutine discard(this, keep, sound)
       class(hdf5_file_t), intent(inout) :: this
-      !> leave the file as it is instead of deleting it (default: no)
+      !> leave the file instead of deleting it (default: no)
       logical, intent(in), optional :: keep
+      !> nothing has failed in this file: what is kept is closed as usual (default: no)
+      logical, intent(in), optional :: sound
       character(len=:), allocatable :: ignored
-      logical :: gone
-      if (this%is_open()) call redirect_to_memory(this%id)
+      logical :: gone, as_usual
+      as_usual = .false.
+      if (present(keep) .and. present(sound)) as_usual = keep .and. sound
+      if (this%is_open() .and. .not. as_usual) call redirect_to_memory(this%id)
       call this%close(ignored)
       if (present(keep)) this%made_here = this%made_here .and. .not. keep
       if (this%made_here) gone = remove_file(this%path)
@@ -374,6 +409,44 @@ contains
       copy = value
       call put_attribute(this, owner//' '//name, h5t_ieee_f64le, h5t_native_double, 0, c_loc(copy), error)
    end subroutine attribute_real
+
+   !> The text of an attribute; an error if there is no such attribute, or if it is none of fixed length.
+   subroutine get_attribute(this, owner, name, text, error)
+      class(hdf5_file_t), intent(in) :: this
+      character(len=*), intent(in) :: owner, name
+      character(len=:), allocatable, intent(out) :: text
+      character(len=:), allocatable, intent(out) :: error
+      character(len=:), allocatable, target :: buffer
+      integer(hid_t) :: attribute, text_type
+      integer(size_t) :: length
+      integer :: status, ignored
+      type(c_ptr) :: place
+      text = ''
+      call h5aopen_by_name_f(this%id, owner, name, attribute, status)
+      call hdf5_failure(status, this%path, 'find the attribute '//name//' of '//owner, error)
+      if (allocated(error)) return
+      call h5aget_type_f(attribute, text_type, ignored)
+      call h5tget_size_f(text_type, length, ignored)
+      allocate (character(len=length) :: buffer)
+      place = c_loc(buffer)
+      call h5aread_f(attribute, text_type, place, status)
+      call hdf5_failure(status, this%path, 'read the attribute '//name//' of '//owner, error)
+      if (.not. allocated(error)) text = buffer
+      call h5tclose_f(text_type, ignored)
+      call h5aclose_f(attribute, ignored)
+   end subroutine get_attribute
+
+   !> Take an attribute away, if it is there. Not in SWMR mode.
+   subroutine remove_attribute(this, owner, name, error)
+      class(hdf5_file_t), intent(in) :: this
+      character(len=*), intent(in) :: owner, name
+      character(len=:), allocatable, intent(out) :: error
+      logical :: exists
+      integer :: status
+      call h5aexists_by_name_f(this%id, owner, name, exists, status)
+      if (status >= 0 .and. exists) call h5adelete_by_name_f(this%id, owner, name, status)
+      call hdf5_failure(status, this%path, 'take the attribute '//name//' from '//owner, error)
+   end subroutine remove_attribute
 
    !> Write an attribute; one of that name that exists is rewritten in SWMR mode (same type and size) and else replaced.
    subroutine put_attribute(this, place, file_type, memory_type, n, values, error)

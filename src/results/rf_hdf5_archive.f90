@@ -6,7 +6,7 @@ module rf_hdf5_archive
    use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
    use hdf5, only: hid_t, hsize_t, size_t, h5gcreate_f, h5gopen_f, h5gclose_f, h5lexists_f, h5aexists_f, h5acreate_f, &
       h5aopen_f, h5aread_f, h5awrite_f, h5aclose_f, h5aget_space_f, h5aget_type_f, h5dcreate_f, h5dopen_f, h5dread_f, &
-      h5dwrite_f, h5dclose_f, h5dget_space_f, h5dget_type_f, h5screate_f, h5screate_simple_f, h5sclose_f, &
+      h5dwrite_f, h5dclose_f, h5dget_space_f, h5dget_storage_size_f, h5dget_type_f, h5screate_f, h5screate_simple_f, h5sclose_f, &
       h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_type_f, h5tget_class_f, h5tget_size_f, &
       h5tclose_f, h5pcreate_f, h5pclose_f, h5pset_chunk_f, h5pset_fletcher32_f, h5pset_obj_track_times_f, &
       h5pset_attr_phase_change_f, h5kind_to_type, h5_integer_kind, h5t_native_double, h5t_std_i8le, h5t_std_i32le, &
@@ -28,16 +28,17 @@ module rf_hdf5_archive
    character(len=*), parameter :: lower_name = 'lower'
 
    type, extends(archive_t), public :: hdf5_archive_t
+      !> opened and closed by the extension, between which `begin` and `close` use it
       type(hdf5_file_t) :: file
       !> data exchanged so far
-      integer :: items = 0
+      integer, private :: items = 0
       !> the group in use, as a path
       character(len=:), allocatable, private :: place
       !> HDF5's ids of the groups from the root to it
       integer(hid_t), private :: group(0:deepest) = -1
       integer, private :: depth = 0
    contains
-      procedure :: begin, enter, leave, look_up, move
+      procedure :: begin, enter, leave, look_up, move, count_items
       procedure :: close => close_archive
       procedure, private :: failed, move_number, move_array, lower_bounds
    end type hdf5_archive_t
@@ -54,6 +55,12 @@ contains
       call h5gopen_f(self%file%id, '/', self%group(0), status)
       if (self%failed(status, 'open the root')) return
    end subroutine begin
+
+   !> How many data have been exchanged.
+   pure integer function count_items(self)
+      class(hdf5_archive_t), intent(in) :: self
+      count_items = self%items
+   end function count_items
 
    !> Give the groups back; the file stays open.
    subroutine close_archive(self)
@@ -172,6 +179,7 @@ contains
             call h5aget_type_f(object, kind, ignored)
          end if
          call describe(space, kind, datum, status)
+         if (is_array .and. status >= 0) call check_storage(object, datum, status)
          if (is_array .and. status >= 0) call self%lower_bounds(object, datum)
          call h5tclose_f(kind, ignored)
          call h5sclose_f(space, ignored)
@@ -211,6 +219,23 @@ contains
       if (any(extent(:datum%rank) > huge(1))) status = -1
       if (status >= 0) datum%extent(:datum%rank) = int(extent(:datum%rank))
    end subroutine describe
+
+   !> An array without all of its bytes in the file would be read as zeros, however large it says to be.
+   subroutine check_storage(dataset, datum, status)
+      integer(hid_t), intent(in) :: dataset
+      type(datum_t), intent(in) :: datum
+      !> negative: bytes are missing
+      integer, intent(out) :: status
+      integer(hsize_t) :: bytes
+      integer(i8) :: n
+      integer :: ignored
+      status = 0
+      if (datum%rank == 0 .or. .not. datum%present) return
+      n = product(int(datum%extent(:datum%rank), i8))
+      if (n == 0) return
+      call h5dget_storage_size_f(dataset, bytes, ignored)
+      if (bytes/element_size(datum%element) < n) status = -1
+   end subroutine check_storage
 
    !> Smallest indices of an array: an attribute of the dataset where they are not 1.
    subroutine lower_bounds(self, dataset, datum)

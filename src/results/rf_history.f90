@@ -1,6 +1,6 @@
 !> The tables of a run: a row for each equilibrium that is part of the answer, and one for each event (docs/results.md).
 module rf_history
-   use rf_kinds, only: wp
+   use rf_kinds, only: wp, i8
    use rf_archive, only: archive_t
    use rf_grow, only: grown_capacity
    use rf_model, only: model_t
@@ -56,7 +56,9 @@ module rf_history
       type(pending_event_t), allocatable, private :: pending(:)
       integer, private :: n_pending = 0
    contains
+      procedure :: look_at_text
       procedure :: create, exchange, go_on, start, row, before_event, write_events, add_iterations, close => close_tables, discard
+      procedure :: mend, row_count, is_sound
    end type history_t
 
    !> columns of the history, each with its kind
@@ -84,7 +86,7 @@ contains
       if (allocated(error)) return
       call list_event_columns(self, columns)
       call self%events%create(prefix//'_events.csv', file, '/rfem/events', columns, error)
-      allocate (self%before(2, size(self%monitors)))
+      allocate (self%before(2, size(self%monitors)), source=0.0_wp)
    end subroutine create
 
    !> To or from a checkpoint. (Derived: monitors, lines follow from the deck.)
@@ -138,6 +140,16 @@ contains
          if (allocated(archive%error)) return
       end do
    end subroutine exchange_pending
+
+   !> Look whether the run can go on with the CSV files, which become this process's alone.
+   subroutine look_at_text(self, prefix, error)
+      class(history_t), intent(inout) :: self
+      !> folder and job name
+      character(len=*), intent(in) :: prefix
+      character(len=:), allocatable, intent(out) :: error
+      call self%history%look_at_text(prefix//'_history.csv', error)
+      if (.not. allocated(error)) call self%events%look_at_text(prefix//'_events.csv', error)
+   end subroutine look_at_text
 
    !> Go on with the files of a checkpoint; `start` follows.
    subroutine go_on(self, prefix, file, look_only, error)
@@ -437,10 +449,32 @@ contains
 
    subroutine discard(self, keep)
       class(history_t), intent(inout) :: self
-      !> leave the files as they are instead of deleting them (default: no)
+      !> leave what is finished instead of deleting it (default: no)
       logical, intent(in), optional :: keep
       call self%history%discard(keep)
       call self%events%discard(keep)
    end subroutine discard
+
+   !> After `discard`: cut the datasets to the finished rows.
+   subroutine mend(self, file, error)
+      class(history_t), intent(inout) :: self
+      !> JOB.h5, open, not in SWMR mode
+      type(hdf5_file_t), intent(in) :: file
+      character(len=:), allocatable, intent(out) :: error
+      call self%history%mend(file, error)
+      if (.not. allocated(error)) call self%events%mend(file, error)
+   end subroutine mend
+
+   !> Whether all rows could be written.
+   pure logical function is_sound(self)
+      class(history_t), intent(in) :: self
+      is_sound = self%history%is_sound() .and. self%events%is_sound()
+   end function is_sound
+
+   !> Rows of the history that are finished.
+   pure integer(i8) function row_count(self)
+      class(history_t), intent(in) :: self
+      row_count = self%history%row_count()
+   end function row_count
 
 end module rf_history

@@ -60,7 +60,7 @@ contains
       character(len=:), allocatable, intent(out) :: error
       if (size(self%nodes) + size(self%elements) == 0) return
       call self%file%go_on(prefix//'.dat', look_only, error)
-      self%open = .not. (allocated(error) .or. look_only)
+      self%open = .not. allocated(error)
    end subroutine go_on
 
    !> Whether a table of its own frequency is due at a state of a dynamic step.
@@ -216,11 +216,12 @@ contains
       self%open = .false.
    end subroutine close_file
 
-   subroutine discard(self, keep)
+   !> Close; what has no table is deleted unless a checkpoint goes with it.
+   subroutine discard(self, resumable)
       class(print_tables_t), intent(inout) :: self
-      !> leave the files as they are instead of deleting them (default: no)
-      logical, intent(in), optional :: keep
-      if (self%open) call self%file%discard(keep)
+      !> there is a checkpoint
+      logical, intent(in) :: resumable
+      if (self%open) call self%file%discard(keep=resumable .or. .not. self%file%is_empty())
       self%open = .false.
    end subroutine discard
 

@@ -1,4 +1,4 @@
-!> Writes what a run has to say of its states: decides what is due, keeps all result files, and leaves none half-written.
+!> Writes what a run has to say of its states: decides what is due, keeps all result files, and leaves nothing half-written.
 module rf_recorder
    use rf_kinds, only: wp
    use rf_archive, only: archive_t
@@ -10,6 +10,7 @@ module rf_recorder
    use rf_frames, only: frames_t
    use rf_print_tables, only: print_tables_t
    use rf_provenance, only: provenance_t
+   use rf_checkpoint, only: remove_unfinished
    use rf_hdf5, only: hdf5_file_t
    use rf_digest, only: digest_t
    use rf_clock, only: stopwatch_t
@@ -43,7 +44,7 @@ module rf_recorder
       procedure :: take_requests, exchange, go_on
       procedure :: create, state, state_not_converged, complete, before_event, write_events, count_iterations
       procedure :: monitor_reaction, finish, discard, look_at_time
-      procedure, private :: name_files, reopen, write_row, write_frame
+      procedure, private :: name_files, look, reopen, release, write_row, write_frame
    end type recorder_t
 
 contains
@@ -70,7 +71,7 @@ contains
       if (.not. allocated(error)) call self%history%start(self%file, error)
       if (.not. allocated(error)) call self%frames%create(prefix, title, fracture, dynamic, error)
       if (.not. allocated(error)) call self%tables%create(prefix, error)
-      if (allocated(error)) call self%discard()
+      if (allocated(error)) call self%discard(.false.)
    end subroutine create
 
    !> The files of this run, for the closing summary.
@@ -85,7 +86,7 @@ contains
    end subroutine name_files
 
    !> To or from a checkpoint: what the result files hold. (Derived: provenance is the checkpoint's origin; files, output follow
-   !> from the deck; watch is of one process.)
+   !> from the deck; file, watch are of one process.)
    subroutine exchange(self, archive)
       class(recorder_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
@@ -117,34 +118,56 @@ contains
       !> folder and job name
       character(len=*), intent(in) :: prefix
       character(len=:), allocatable, intent(out) :: error
-      character(len=:), allocatable :: ignored
       call self%name_files(prefix)
-      call self%reopen(prefix, .true., error)
-      if (.not. allocated(error)) call self%reopen(prefix, .false., error)
-      if (allocated(error)) call self%file%close(ignored)
-      if (allocated(error)) return
-      call self%file%set_attribute('/rfem', 'restarts', self%provenance%restarts, error)
+      call self%look(prefix, error)
+      if (allocated(error)) then
+         call self%release()
+         return
+      end if
+      call remove_unfinished(prefix)
+      call self%reopen(prefix, error)
       if (.not. allocated(error)) call self%file%start_swmr(error)
       if (.not. allocated(error)) call self%history%start(self%file, error)
+      if (allocated(error)) call self%discard(.true.)
    end subroutine go_on
 
-   !> Open all files of a checkpoint.
-   subroutine reopen(self, prefix, look_only, error)
+   !> Look at all files of a checkpoint and change none. The text files first: as long as they are locked nobody else writes to any
+   !> file of this run.
+   subroutine look(self, prefix, error)
       class(recorder_t), intent(inout) :: self
       character(len=*), intent(in) :: prefix
-      !> only say whether it can be done
-      logical, intent(in) :: look_only
       character(len=:), allocatable, intent(out) :: error
       character(len=:), allocatable :: problem
+      call self%history%look_at_text(prefix, error)
+      if (.not. allocated(error)) call self%frames%look_at_text(prefix, error)
+      if (.not. allocated(error)) call self%tables%go_on(prefix, .true., error)
+      if (.not. allocated(error)) call self%file%reopen(prefix//'.h5', error, look_only=.true.)
+      if (.not. allocated(error)) call self%provenance%check_run(self%file, error)
+      if (.not. allocated(error)) call self%history%go_on(prefix, self%file, .true., error)
+      if (self%file%is_open()) call self%file%close(problem)
+      if (.not. allocated(error) .and. allocated(problem)) error = problem
+      if (.not. allocated(error)) call self%frames%go_on(prefix, self%fracture, self%dynamic, .true., error)
+   end subroutine look
+
+   !> Open all files of a checkpoint, and cut off what was written after it.
+   subroutine reopen(self, prefix, error)
+      class(recorder_t), intent(inout) :: self
+      character(len=*), intent(in) :: prefix
+      character(len=:), allocatable, intent(out) :: error
       call self%file%reopen(prefix//'.h5', error)
-      if (.not. allocated(error)) call self%history%go_on(prefix, self%file, look_only, error)
-      if (look_only .and. self%file%is_open()) then
-         call self%file%close(problem)
-         if (.not. allocated(error) .and. allocated(problem)) error = problem
-      end if
-      if (.not. allocated(error)) call self%frames%go_on(prefix, self%fracture, self%dynamic, look_only, error)
-      if (.not. allocated(error)) call self%tables%go_on(prefix, look_only, error)
+      if (.not. allocated(error)) call self%provenance%write_restart(self%file, error)
+      if (.not. allocated(error)) call self%history%go_on(prefix, self%file, .false., error)
+      if (.not. allocated(error)) call self%frames%go_on(prefix, self%fracture, self%dynamic, .false., error)
+      if (.not. allocated(error)) call self%tables%go_on(prefix, .false., error)
    end subroutine reopen
+
+   !> Give back files that were looked at, as they are.
+   subroutine release(self)
+      class(recorder_t), intent(inout) :: self
+      call self%history%discard(keep=.true.)
+      call self%frames%release()
+      call self%tables%discard(.true.)
+   end subroutine release
 
    !> Delete an earlier result set of this name: what the new run does not write must not stay beside what it writes.
    subroutine remove_old(prefix)
@@ -152,6 +175,7 @@ contains
       character(len=14), parameter :: endings(9) = [character(len=14) :: '.h5', '_history.csv', '_events.csv', '.vtkhdf', &
                                                     '_cracks.vtkhdf', '.mac', '.dat', '.rst.h5', '.rst.1.h5']
       integer :: i
+      call remove_unfinished(prefix)
       do i = 1, size(endings)
          if (.not. path_exists(prefix//trim(endings(i))) .or. is_folder(prefix//trim(endings(i)))) cycle
          if (.not. remove_file(prefix//trim(endings(i)))) return     ! creating it anew says why
@@ -187,7 +211,7 @@ contains
       call self%history%add_iterations(n)
    end subroutine count_iterations
 
-   !> Write what is due of a state.
+   !> Write what is due of a state. Files that have lost their names would take it, but nobody could find it there.
    subroutine state(self, model, position, kind, row_written, error)
       class(recorder_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
@@ -214,6 +238,9 @@ contains
       self%row_owed = .not. row
       self%frame_owed = .not. frame
       row_written = row
+      if ((row .or. frame) .and. .not. path_exists(self%file%path)) error = self%file%path// &
+         ': cannot write to this file: No such file or directory (was its folder moved or removed?)'
+      if (allocated(error)) return
       if (row) call self%write_row(model, position, error)
       if (allocated(error)) return
       if (frame) call self%write_frame(model, position, kind, error)
@@ -376,23 +403,53 @@ contains
       if (.not. allocated(error)) call self%history%close(error)
       if (.not. allocated(error)) call self%file%end_swmr(error)
       if (.not. allocated(error)) &
-         call self%provenance%write_end(self%file, wall_time, exit_status, digests_of(model), error)
+         call write_provenance_end(self, model, wall_time, exit_status, interrupted, error)
       if (.not. allocated(error)) call self%file%close(error)
       if (.not. allocated(error)) call self%frames%close(error)
       if (.not. allocated(error)) call self%tables%close(error)
       call self%watch%stop()
    end subroutine finish
 
-   !> Close and delete all files of this run, or leave them as they are.
-   subroutine discard(self, keep)
+   !> The digests are of a result: an interrupted run has none yet.
+   subroutine write_provenance_end(self, model, wall_time, exit_status, interrupted, error)
+      type(recorder_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: wall_time
+      integer, intent(in) :: exit_status
+      logical, intent(in) :: interrupted
+      character(len=:), allocatable, intent(out) :: error
+      if (interrupted) then
+         call self%provenance%write_end(self%file, wall_time, exit_status, error)
+      else
+         call self%provenance%write_end(self%file, wall_time, exit_status, error, digests_of(model))
+      end if
+   end subroutine write_provenance_end
+
+   !> Something cannot be written: close all files of this run. Rows, frames and tables that are finished stay, in files that can
+   !> be opened as any other; a file that has none is deleted.
+   subroutine discard(self, resumable)
       class(recorder_t), intent(inout) :: self
-      !> there is a checkpoint, from which the run can go on with these files (default: no)
-      logical, intent(in), optional :: keep
+      !> there is a checkpoint, from which the run can go on with these files: then all of them stay
+      logical, intent(in) :: resumable
+      logical :: keep
+      keep = resumable .or. self%history%row_count() > 0
       call self%history%discard(keep)
-      call self%file%discard(keep)
-      call self%frames%discard(keep)
-      call self%tables%discard(keep)
+      call self%file%discard(keep, sound=self%history%is_sound())
+      if (keep) call mend_tables(self)
+      call self%frames%discard(resumable)
+      call self%tables%discard(resumable)
    end subroutine discard
+
+   !> Make an ordinary file of what is left of JOB.h5.
+   subroutine mend_tables(self)
+      type(recorder_t), intent(inout) :: self
+      character(len=:), allocatable :: path, error
+      path = self%file%path
+      call self%file%reopen(path, error)
+      if (allocated(error)) return
+      call self%history%mend(self%file, error)
+      call self%file%discard(keep=.true., sound=.not. allocated(error))
+   end subroutine mend_tables
 
    !> Digests of the final displacements and of the topology, in the order of the output.
    function digests_of(model) result(hex)

@@ -42,19 +42,19 @@ module rf_table
       !> group of the datasets, for error texts
       character(len=:), allocatable, private :: group
       character(len=:), allocatable, private :: failure
-      !> rows that a checkpoint knows
-      integer(i8), private :: kept = 0
+      !> rows that are finished
+      integer(i8), private :: rows = 0
    contains
       procedure :: create
       procedure :: exchange
-      procedure :: go_on
+      procedure :: go_on, look_at_text
       procedure :: start
       procedure, private :: put_integer, put_real, put_text
       !> give the next column its value; an integer may go into a column of reals
       generic :: put => put_integer, put_real, put_text
       procedure :: end_row
       procedure :: close => close_table
-      procedure :: discard
+      procedure :: discard, mend, row_count, is_sound
    end type table_t
 
 contains
@@ -114,12 +114,19 @@ contains
    subroutine exchange(this, archive)
       class(table_t), intent(inout) :: this
       class(archive_t), intent(inout) :: archive
-      if (allocated(this%series) .and. .not. archive%reading) this%kept = this%series(1)%rows
-      call archive%exchange('rows', this%kept)
+      call archive%exchange('rows', this%rows)
       call archive%enter('csv')
       call this%csv%exchange(archive)
       call archive%leave()
    end subroutine exchange
+
+   !> Look whether the run can go on with the CSV file, which becomes this process's alone.
+   subroutine look_at_text(this, csv_path, error)
+      class(table_t), intent(inout) :: this
+      character(len=*), intent(in) :: csv_path
+      character(len=:), allocatable, intent(out) :: error
+      call this%csv%go_on(csv_path, .true., error)
+   end subroutine look_at_text
 
    !> Go on with the files of a checkpoint; `start` follows.
    subroutine go_on(this, csv_path, file, group, columns, look_only, error)
@@ -138,7 +145,7 @@ contains
       call describe(this, group, columns)
       call this%csv%go_on(csv_path, look_only, error)
       do i = 1, size(columns)
-         if (.not. allocated(error)) call this%series(i)%cut(file, this%kept, look_only, error)
+         if (.not. allocated(error)) call this%series(i)%cut(file, this%rows, look_only, error)
       end do
    end subroutine go_on
 
@@ -228,8 +235,24 @@ contains
       call this%csv%end_row(error)
       if (.not. allocated(error)) call append_row(this, file, error)
       this%filled = 0
-      if (allocated(error)) this%failure = error
+      if (allocated(error)) then
+         this%failure = error
+      else
+         this%rows = this%rows + 1
+      end if
    end subroutine end_row
+
+   !> Whether all rows could be written.
+   pure logical function is_sound(this)
+      class(table_t), intent(in) :: this
+      is_sound = .not. allocated(this%failure)
+   end function is_sound
+
+   !> Rows that are finished.
+   pure integer(i8) function row_count(this)
+      class(table_t), intent(in) :: this
+      row_count = this%rows
+   end function row_count
 
    subroutine append_row(this, file, error)
       class(table_t), intent(inout) :: this
@@ -263,10 +286,24 @@ contains
       if (allocated(this%failure)) error = this%failure
    end subroutine close_table
 
+   !> After `discard`: cut the datasets to the finished rows, so that no column is longer than another.
+   subroutine mend(this, file, error)
+      class(table_t), intent(inout) :: this
+      !> open, not in SWMR mode
+      type(hdf5_file_t), intent(in) :: file
+      character(len=:), allocatable, intent(out) :: error
+      integer :: i
+      do i = 1, size(this%series)
+         call this%series(i)%cut(file, this%rows, .false., error)
+         call this%series(i)%close()
+         if (allocated(error)) return
+      end do
+   end subroutine mend
+
    !> Close, and delete the CSV file.
    subroutine discard(this, keep)
       class(table_t), intent(inout) :: this
-      !> leave the files as they are instead of deleting them (default: no)
+      !> leave what is finished instead of deleting it (default: no)
       logical, intent(in), optional :: keep
       integer :: i
       if (allocated(this%series)) then

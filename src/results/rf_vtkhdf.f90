@@ -13,6 +13,7 @@ module rf_vtkhdf
    use rf_kinds, only: wp, i1, i8
    use rf_archive, only: archive_t
    use rf_hdf5, only: hdf5_file_t
+   use rf_system, only: path_exists
    use rf_hdf5_series, only: hdf5_series_t, real_64, real_32, integer_64, integer_32, byte_8
    implicit none
    private
@@ -98,6 +99,7 @@ module rf_vtkhdf
       procedure :: end_frame
       procedure :: close => close_file
       procedure :: discard
+      procedure :: mend
       procedure :: frame_count
       procedure, private :: start, note
    end type vtkhdf_file_t
@@ -184,7 +186,8 @@ contains
       this%kept_geometries = [this%point_fields%geometry, this%cell_fields%geometry]
    end subroutine keep_rows
 
-   !> Go on with the file of a checkpoint: what was written after it is cut off.
+   !> Go on with the file of a checkpoint: what was written after it is cut off. One that had no frame yet is made anew, for its
+   !> datasets suit the first geometry.
    subroutine go_on(this, path, cell_type, point_fields, cell_fields, look_only, error)
       class(vtkhdf_file_t), intent(inout) :: this
       !> as of `create`
@@ -195,12 +198,17 @@ contains
       logical, intent(in) :: look_only
       character(len=:), allocatable, intent(out) :: error
       character(len=:), allocatable :: problem
+      if (.not. this%started) then
+         if (.not. path_exists(path)) error = path//': is missing; the run cannot go on without it'
+         if (.not. (look_only .or. allocated(error))) call this%create(path, cell_type, point_fields, cell_fields, error)
+         return
+      end if
       this%cell_type = cell_type
       this%nodes_per_cell = merge(2, 3, cell_type == vtk_line)
       call describe_fields(point_fields, 'PointData', this%point_fields)
       call describe_fields(cell_fields, 'CellData', this%cell_fields)
       call describe_layout(this%layout)
-      call this%file%reopen(path, error)
+      call this%file%reopen(path, error, look_only)
       if (.not. allocated(error)) call cut_all(this, look_only, error)
       if (look_only .or. allocated(error)) then
          call this%file%close(problem)
@@ -219,11 +227,9 @@ contains
       integer :: i, n, m
       n = size(this%point_fields)
       m = size(this%cell_fields)
-      if (.not. this%started .or. .not. allocated(this%kept_rows)) then
-         error = this%file%path//': had no frame yet; the run cannot go on with it'
-      else if (size(this%kept_rows) /= layout_size + 2*(n + m)) then
-         error = this%file%path//': has other fields than the checkpoint'
-      end if
+      i = 0
+      if (allocated(this%kept_rows)) i = size(this%kept_rows)
+      if (i /= layout_size + 2*(n + m)) error = this%file%path//': has other fields than the checkpoint'
       do i = 1, layout_size
          if (.not. allocated(error)) call this%layout(i)%cut(this%file, this%kept_rows(i), look_only, error)
       end do
@@ -661,11 +667,37 @@ contains
    !> Close and delete the file, if this run made it.
    subroutine discard(this, keep)
       class(vtkhdf_file_t), intent(inout) :: this
-      !> leave the files as they are instead of deleting them (default: no)
+      !> leave what is finished instead of deleting it (default: no)
       logical, intent(in), optional :: keep
       if (allocated(this%point_fields)) call close_series(this)
-      call this%file%discard(keep)
+      call this%file%discard(keep, sound=.not. allocated(this%failure))
    end subroutine discard
+
+   !> After `discard`: make an ordinary file of what is left, with so many frames. Points and values of a frame that was not
+   !> finished may stay in the file, but no frame refers to them: cutting these compressed series would need room, which a full
+   !> disk has not.
+   subroutine mend(this, frames)
+      class(vtkhdf_file_t), intent(inout) :: this
+      !> at most those that are finished
+      integer, intent(in) :: frames
+      character(len=:), allocatable :: path, error
+      integer :: i
+      path = this%file%path
+      call this%file%reopen(path, error)
+      if (allocated(error)) return
+      do i = part_offsets, layout_size
+         if (.not. allocated(error)) call this%layout(i)%cut(this%file, int(frames, i8), .false., error)
+      end do
+      do i = 1, size(this%point_fields)
+         if (.not. allocated(error)) call this%point_fields(i)%offsets%cut(this%file, int(frames, i8), .false., error)
+      end do
+      do i = 1, size(this%cell_fields)
+         if (.not. allocated(error)) call this%cell_fields(i)%offsets%cut(this%file, int(frames, i8), .false., error)
+      end do
+      if (.not. allocated(error)) call this%file%set_attribute('/VTKHDF/Steps', 'NSteps', frames, error)
+      call close_series(this)
+      call this%file%discard(keep=.true., sound=.not. allocated(error))
+   end subroutine mend
 
    !> Frames that are finished.
    pure integer function frame_count(this)

@@ -50,6 +50,29 @@ class Checks(unittest.TestCase):
     def test_derived_member_passes(self) -> None:
         self.assertEqual(found(TYPE + WHOLE.format(derived=" (Derived: other\n   !> follows.)", other="")), [])
 
+    def test_member_of_another_object_does_not_count(self) -> None:
+        text = TYPE + WHOLE.format(derived="", other="call self%other%exchange(archive)")
+        self.assertEqual(
+            found(text.replace("self%n)", "archive%other%n)")),
+            ["m.f90: t%n is neither exchanged nor named as derived"],
+        )
+
+    def test_members_of_a_type_without_exchange(self) -> None:
+        plain = "   type :: other_t\n      integer :: a = 0\n      type(inner_t) :: inner(3)\n   end type other_t\n"
+        inner = "   type :: inner_t\n      real(wp) :: b = 0, c = 0\n   end type inner_t\n"
+        text = TYPE.replace("contains\n   end", "contains\n   end").replace("module m\n", "module m\n" + inner + plain)
+        for whole in (
+            "use(self%other%a, self%other%inner(i)%b, self%other%inner(f(1))%c)",
+            "associate (o => self%other, d => self%other%inner(2))\n use(o%a, d%b, d%c)",
+            "call rest(self%other%inner)\n   type(inner_t), intent(inout) :: x(:)\n use(self%other%a, x%b, x%c)",
+        ):
+            self.assertEqual(found(text + WHOLE.format(derived="", other=whole)), [])
+            forgets = whole.replace("%c", "%d")
+            self.assertEqual(
+                found(text + WHOLE.format(derived="", other=forgets)),
+                ["m.f90: t%other%inner%c is neither exchanged nor named as derived"],
+            )
+
     def test_submodule_is_looked_into(self) -> None:
         later = "submodule(m) m_state\n" + WHOLE.format(derived="", other="call self%other%exchange(archive)")
         self.assertEqual(found(TYPE, later.replace("subroutine exchange(", "module subroutine exchange(")), [])

@@ -6,12 +6,12 @@ import os
 import re
 import resource
 import shutil
+import signal
 import subprocess
 import time
 
-import numpy as np
 import pytest
-import rfem_results
+from kept_results import assert_kept
 from rfem_run import PROGRAM, SOURCE, call
 
 BEAM = SOURCE / "input" / "paper" / "three_point_bending.inp"
@@ -50,17 +50,6 @@ def goes_on(folder, whole):
         assert (folder / name).read_bytes() == (whole[0] / name).read_bytes()
 
 
-def is_readable(folder, whole):
-    """What was written is the beginning of what the whole run wrote."""
-    part, all_of_it = (rfem_results.open_results(place / "j") for place in (folder, whole[0]))
-    rows = len(part.history["step"])
-    assert 0 < rows < len(all_of_it.history["step"])
-    for name in ("step", "increment", "external_work"):
-        assert np.array_equal(part.history[name], all_of_it.history[name][:rows])
-    assert 0 < len(part.frames) <= len(all_of_it.frames)
-    assert np.isfinite(part.frames[len(part.frames) - 1].displacement).all()
-
-
 @pytest.mark.parametrize("kilobytes", [1900, 2600, 3500])
 def test_full_disk(kilobytes, deck, whole, tmp_path):
     disk = tmp_path / "disk"
@@ -78,11 +67,12 @@ def test_full_disk(kilobytes, deck, whole, tmp_path):
     assert re.search(rf"^rfem: error: {disk}/out/j\S*: .*No space left on device", done.stderr, re.M), done.stderr
     assert "rfem: note: the results up to there are kept; the last checkpoint is" in done.stderr
     assert not [name for name in left if ".tmp." in name], "no half checkpoint"
-    is_readable(tmp_path / "out", whole)
+    rows, frames = assert_kept(tmp_path / "out", whole[0], "j")
+    assert rows > 1 and frames > 0
     goes_on(tmp_path / "out", whole)
 
 
-def test_limit_on_file_sizes(deck, tmp_path):
+def test_limit_on_file_sizes(deck, whole, tmp_path):
     """ulimit -f, as a quota, fails the first checkpoint; the results are smaller."""
 
     def limit():
@@ -93,7 +83,7 @@ def test_limit_on_file_sizes(deck, tmp_path):
     assert re.search(r"^rfem: error: \S*j\.rst\.tmp\.h5: .*File too large", done.stderr, re.M), done.stderr
     assert "the results up to there are kept" in done.stderr
     assert not [name for name in os.listdir(tmp_path / "out") if "rst" in name]
-    assert len((tmp_path / "out" / "j_history.csv").read_text().splitlines()) > 1
+    assert assert_kept(tmp_path / "out", whole[0], "j")[0] > 1
 
 
 def started(deck, folder, **options):
@@ -112,12 +102,14 @@ def started(deck, folder, **options):
     return run
 
 
-def test_folder_removed(deck, tmp_path):
+def test_folder_moved(deck, whole, tmp_path):
     run = started(deck, tmp_path / "out")
     os.rename(tmp_path / "out", tmp_path / "elsewhere")
     messages = run.communicate(timeout=120)[1]
     assert run.returncode == 3, messages
     assert re.search(r"^rfem: error: .*out/j\S*: .*No such file or directory", messages, re.M), messages
+    assert_kept(tmp_path / "elsewhere", whole[0], "j")
+    goes_on(tmp_path / "elsewhere", whole)
 
 
 def nobody():
@@ -125,28 +117,107 @@ def nobody():
     os.setuid(65534)
 
 
+def as_nobody(deck, folder):
+    """Options to run the program as somebody for whom permissions count; skip where that one cannot run it."""
+    if os.geteuid() != 0:
+        return {}
+    for place in (folder, *folder.parents, deck.parent):
+        if place.owner() == "root" and "pytest" in str(place):
+            place.chmod(0o755)
+    os.chown(folder, 65534, 65534)
+    try:
+        check = subprocess.run([PROGRAM, deck, "--check"], capture_output=True, preexec_fn=nobody, check=False)
+    except (PermissionError, subprocess.SubprocessError):
+        check = None
+    if check is None or check.returncode != 0:
+        pytest.skip("the folders of the program and of the project are not open to another user")
+    return {"preexec_fn": nobody}
+
+
 def test_folder_becomes_read_only(deck, whole, tmp_path):
     """Files that are open go on; the next checkpoint cannot be made, the last one stays."""
     folder = tmp_path / "out"
     folder.mkdir()
-    options = {}
-    if os.geteuid() == 0:
-        for place in (tmp_path, *tmp_path.parents, deck.parent):
-            if place.owner() == "root" and "pytest" in str(place):
-                place.chmod(0o755)
-        os.chown(folder, 65534, 65534)
-        options["preexec_fn"] = nobody
-    try:
-        run = started(deck, folder, **options)
-    except (PermissionError, subprocess.SubprocessError):
-        pytest.skip("the program's folder is not open to another user")
+    options = as_nobody(deck, folder)
+    run = started(deck, folder, **options)
+    os.kill(run.pid, signal.SIGSTOP)
     folder.chmod(0o555)
+    os.kill(run.pid, signal.SIGCONT)
     messages = run.communicate(timeout=120)[1]
     folder.chmod(0o755)
-    if run.returncode in (2, 0):
-        pytest.skip("the project's folder is not open to another user, or the run was over")
     assert run.returncode == 3, messages
     assert re.search(r"^rfem: error: .*out/j\S*: .*Permission denied", messages, re.M), messages
     assert (folder / "j.rst.h5").exists()
     shutil.copytree(folder, tmp_path / "mine")
     goes_on(tmp_path / "mine", whole)
+
+
+def test_a_file_that_may_not_be_written(deck, whole, tmp_path):
+    """One file cannot be gone on with, which is seen when others are open: those are closed, and nothing is lost."""
+    folder = tmp_path / "out"
+    folder.mkdir()
+    options = as_nobody(deck, folder)
+    run = started(deck, folder, **options)
+    run.send_signal(signal.SIGTERM)
+    assert run.wait(timeout=120) == 4
+    (folder / "j_cracks.vtkhdf").chmod(0o444)
+    done = call("--restart", folder / "j.rst.h5", "--quiet", **options)
+    assert done.returncode == 3
+    assert re.search(r"^rfem: error: \S*out/j_cracks.vtkhdf: .*Permission denied", done.stderr, re.M), done.stderr
+    (folder / "j_cracks.vtkhdf").chmod(0o644)
+    rows, frames = assert_kept(folder, whole[0], "j")
+    assert rows > 1 and frames > 0
+    goes_on(folder, whole)
+
+
+FAILING_FSYNC = """
+#include <errno.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+int fsync(int descriptor) {
+   struct stat found;
+   fstat(descriptor, &found);
+   if (S_ISDIR(found.st_mode) != (getenv("FAIL_AT")[0] == 'd')) return 0;
+   errno = atoi(getenv("FAIL_AT") + 1);
+   return -1;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def failing_fsync(tmp_path_factory):
+    """A library whose fsync fails: of files (f) or folders (d), with an error of this number."""
+    folder = tmp_path_factory.mktemp("fsync")
+    (folder / "fsync.c").write_text(FAILING_FSYNC)
+    compiler = shutil.which("gcc") or shutil.which("cc")
+    made = (
+        compiler
+        and not subprocess.run(
+            [compiler, "-shared", "-fPIC", "-o", folder / "fsync.so", folder / "fsync.c"], check=False
+        ).returncode
+    )
+    if not made:
+        pytest.skip("there is no C compiler")
+    return folder / "fsync.so"
+
+
+@pytest.mark.parametrize(
+    "fail_at, reason",
+    [
+        ("f5", r"\S*out/j\S*: .*Input/output error"),
+        ("d5", r"\S*j\.rst\.h5: its name cannot be written to the disk: Input/output error"),
+        ("d22", ""),
+    ],
+)
+def test_a_disk_that_fails(fail_at, reason, deck, whole, failing_fsync, tmp_path, monkeypatch):
+    """Nothing is taken for written that is not on the disk; a folder that cannot be brought there is no fault."""
+    monkeypatch.setenv("LD_PRELOAD", str(failing_fsync))
+    monkeypatch.setenv("FAIL_AT", fail_at)
+    done = call(deck, "--output", tmp_path / "out", "--quiet")
+    monkeypatch.delenv("LD_PRELOAD")
+    if not reason:
+        assert done.returncode == 0
+        return
+    assert done.returncode == 3
+    assert re.search(rf"^rfem: error: {reason}", done.stderr, re.M), done.stderr
+    assert_kept(tmp_path / "out", whole[0], "j")

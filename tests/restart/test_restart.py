@@ -12,8 +12,8 @@ import time
 from pathlib import Path
 
 import h5py
-import numpy as np
 import pytest
+from kept_results import assert_same, tables
 from rfem_run import PROGRAM, SOURCE, call, edited
 
 CUT = str(Path(PROGRAM).with_name("rfem_cut"))
@@ -48,36 +48,6 @@ def cut(n, *arguments, threads=1):
     found = re.search(r"^digest displacements=([0-9A-F]{16}) topology=([0-9A-F]{16})$", done.stdout, re.M)
     done.digests = found and found.groups()
     return done
-
-
-def datasets(path):
-    """The bytes of every dataset of a file."""
-    found = {}
-
-    def keep(name, item):
-        if isinstance(item, h5py.Dataset):
-            found[name] = (item.shape, np.asarray(item[()]).tobytes() if item.dtype.kind != "O" else item[()].tolist())
-
-    with h5py.File(path, "r") as file:
-        file.visititems(keep)
-    return found
-
-
-def tables(folder):
-    """The bytes of every text that a run writes."""
-    return {path.name: path.read_bytes() for path in folder.iterdir() if path.suffix in (".csv", ".dat", ".mac")}
-
-
-def assert_same(folder, other):
-    assert tables(folder) == tables(other)
-    for name in ("j.vtkhdf", "j_cracks.vtkhdf", "j.h5"):
-        assert (folder / name).exists() == (other / name).exists()
-        if not (folder / name).exists():
-            continue
-        one, two = datasets(folder / name), datasets(other / name)
-        assert one.keys() == two.keys(), name
-        for key, value in one.items():
-            assert value == two[key], (name, key)
 
 
 @pytest.fixture(scope="module")
@@ -212,19 +182,43 @@ def test_a_checkpoint_is_asked_for(whole, tmp_path):
     assert_same(tmp_path, results)
 
 
+LARGE = """*MESH, SHAPE=RECTANGLE, TYPE=CPE3, ELSET=ALL
+0, 0, 1, 1, 200, 200
+*MATERIAL, NAME=M
+*ELASTIC
+1000, 0.2
+*SOLID SECTION, ELSET=ALL, MATERIAL=M
+*STEP
+*STATIC
+*BOUNDARY
+BOTTOM, 1, 2
+TOP, 2, 2, 0.1
+*END STEP
+"""
+
+
+def is_caught(process, number):
+    """Whether a process has a handler for a signal."""
+    with open(f"/proc/{process}/status") as file:
+        return int(re.search(r"^SigCgt:\s*(\w+)", file.read(), re.M)[1], 16) >> (number - 1) & 1
+
+
 def test_the_second_interrupt_ends_it_at_once(tmp_path):
-    deck = VERIFICATION / "shear_box" / "shear_box.inp"
+    """After the first one this run has an iteration and a checkpoint of 80,000 elements before it."""
+    (tmp_path / "j.inp").write_text(LARGE)
     run = subprocess.Popen(
-        [PROGRAM, deck, "--output", tmp_path, "--job", "j", "--quiet"],
+        [PROGRAM, tmp_path / "j.inp", "--output", tmp_path, "--quiet"],
         stdout=subprocess.DEVNULL, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )  # fmt: skip
-    while not (tmp_path / "j_history.csv").exists():
+    while not (tmp_path / "j_history.csv").exists() and run.poll() is None:
         time.sleep(0.01)
-    os.kill(run.pid, signal.SIGSTOP)  # so that it has both before it looks
+    assert is_caught(run.pid, signal.SIGINT)
     run.send_signal(signal.SIGINT)
-    os.kill(run.pid, signal.SIGCONT)
+    while is_caught(run.pid, signal.SIGINT):
+        pass
     run.send_signal(signal.SIGINT)
-    assert run.wait(timeout=60) in (-signal.SIGINT, 4)
+    assert run.wait(timeout=60) == -signal.SIGINT
+    assert not (tmp_path / "j.rst.h5").exists()
 
 
 def test_the_wall_clock_limit(whole, tmp_path):
@@ -241,6 +235,12 @@ def test_the_wall_clock_limit(whole, tmp_path):
     assert done.returncode == 0 and pieces > 1
     assert done.stdout.splitlines()[-1] == "digest displacements={} topology={}".format(*whole("shear_box")[1].digests)
     assert tables(tmp_path) == tables(whole("shear_box")[2])
+
+
+def edit_a_digit(folder):
+    path = folder / "j_history.csv"
+    head, row = path.read_text().split("\n", 1)
+    path.write_text(head + "\n" + row.replace("1", "2", 1))
 
 
 def test_what_cannot_be_gone_on_with(tmp_path):
@@ -273,5 +273,7 @@ def test_what_cannot_be_gone_on_with(tmp_path):
     with h5py.File(tmp_path / "good" / "j.rst.h5") as file:  # a byte of a datum: there is empty space too
         at = file["last/ux"].id.get_chunk_info(0).byte_offset + 8
     refused(rewrite(lambda content: content[:at] + bytes([content[at] ^ 64]) + content[at + 1 :]), "damaged")
+    refused(rewrite(lambda content: content + b"x"), "j.rst.h5")
+    refused(edit_a_digit, "j_history.csv: the ", " bytes that the checkpoint knows were changed since")
     for name in ("j_history.csv", "j.vtkhdf", "j_cracks.vtkhdf", "j.h5"):
         refused(lambda folder, name=name: os.truncate(folder / name, (folder / name).stat().st_size // 2), name)

@@ -145,7 +145,7 @@ def test_a_run_in_pieces(scheduler, tmp_path):
         [PROGRAM, deck, "--job", "long", "--output", tmp_path / "whole"], check=True, capture_output=True, text=True
     )
     log = (results / "long.log").read_text()
-    assert log.splitlines()[-1] == whole.stdout.splitlines()[-1] and log.count("going on at") == piece - 1
+    assert log.splitlines()[-1] == whole.stdout.splitlines()[-1] and 0 < log.count("going on at") < piece
     for table in ("long_history.csv", "long_events.csv"):
         assert (results / table).read_bytes() == (tmp_path / "whole" / table).read_bytes()
     (row,) = rfem_collect.collect([results])
@@ -232,3 +232,191 @@ def test_the_commands_beside_the_program(sweep):
             check=False,
         )
         assert done.returncode == 0 and f"rfem_{name}.py" in done.stdout, done.stderr
+
+
+# --- what comes in the way of the script -----------------------------------------------------------------
+
+BOX = SOURCE / "input" / "verification" / "shear_box" / "shear_box.inp"
+# in place of the program: what it is told to do when it is called for the N-th time
+PLAYER = """#!/bin/bash
+echo "$@" >>{folder}/calls
+n=$(wc -l <{folder}/calls)
+exec {folder}/play_$n "$@"
+"""
+
+
+def player(folder, *scripts):
+    """A program that does at its N-th call what the N-th of these shell scripts says; `$job` is where its files go."""
+    (folder / "player").write_text(PLAYER.format(folder=folder))
+    (folder / "player").chmod(0o755)
+    for n, script in enumerate(scripts, 1):
+        path = folder / f"play_{n}"
+        path.write_text(
+            '#!/bin/bash\n[ "$1" = --restart ] && job=${2%.rst*} || job="${@: -2:1}/long"\n' + script + "\n"
+        )
+        path.chmod(0o755)
+    return str(folder / "player")
+
+
+def row(folder, **variables):
+    """The row `long` of a table with one row, started by hand."""
+    (folder / "long.csv").write_text("job\nlong\n")
+    return subprocess.Popen(
+        [BATCH / "run_row.sh", BOX, folder / "long.csv", "1", folder / "results"],
+        env=environment(folder, **variables), cwd=folder, start_new_session=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+
+
+def calls(folder):
+    return [line.split()[0] for line in (folder / "calls").read_text().splitlines()]
+
+
+CHECKPOINT = 'for n in rst.h5 rst.1.h5 h5; do echo "$n" >"$job.$n"; done'
+
+
+def test_no_room_for_the_results(tmp_path):
+    """Exit status 3 with a checkpoint: the row goes on from it; without one it starts anew."""
+    program = player(tmp_path, f"{CHECKPOINT}; exit 3", "echo going on at step 1; exit 0", "exit 3", "exit 0")
+    for status in (3, 0, 3, 0):
+        run = row(tmp_path, RFEM=program)
+        run.communicate(timeout=60)
+        assert run.returncode == status
+    assert calls(tmp_path) == [str(BOX), "--restart", str(BOX), str(BOX)]
+
+
+def test_the_checkpoint_before(tmp_path):
+    """Where JOB.rst.h5 is refused or missing the row goes on from JOB.rst.1.h5; where both are, neither is lost."""
+    refused = "echo rfem: error: damaged >&2; exit 3"
+    again = "echo going on at step 1; exit 4"
+    scripts = [f"{CHECKPOINT}; exit 4", refused, again, again, refused, refused]
+    program = player(tmp_path, *scripts)
+    for status in (4, 4):
+        run = row(tmp_path, RFEM=program)
+        assert run.communicate(timeout=60) and run.returncode == status
+    (tmp_path / "results" / "long.rst.h5").unlink()
+    run = row(tmp_path, RFEM=program)
+    assert run.communicate(timeout=60) and run.returncode == 4
+    (tmp_path / "results" / "long.rst.h5").write_text("again")
+    run = row(tmp_path, RFEM=program)
+    assert "long.rst.1.h5 is refused: rfem: error: damaged" in run.communicate(timeout=60)[1]
+    assert run.returncode == 3
+    names = [line.split()[1].rsplit("/", 1)[1] for line in (tmp_path / "calls").read_text().splitlines()[1:]]
+    assert names == ["long.rst.h5", "long.rst.1.h5", "long.rst.1.h5", "long.rst.h5", "long.rst.1.h5"]
+    assert (tmp_path / "results" / "long.rst.h5").read_text() == "again"
+
+
+@pytest.mark.parametrize("wait", range(0, 60, 4))
+def test_status_of_a_program_that_ends_with_the_signal(wait, tmp_path):
+    """The signal ends the script's wait, and before it waits again the program has ended: its status is not lost."""
+    again = stub(tmp_path, "again")
+    program = player(tmp_path, f"trap '' USR1; touch {tmp_path}/runs; sleep 0.03; {CHECKPOINT}; exit 4")
+    run = row(tmp_path, RFEM=program, RFEM_AGAIN=str(tmp_path / "again"))
+    wait_for(tmp_path / "runs")
+    time.sleep(wait / 1000)
+    os.kill(run.pid, signal.SIGUSR1)
+    run.communicate(timeout=60)
+    assert run.returncode == 4 and again.exists()
+    assert (tmp_path / "results" / "long.exit").read_text() == "4\n"
+
+
+def test_a_signal_before_the_program_runs(tmp_path):
+    """Time is up while files are copied to the scratch folder: nothing is run, the row is queued again."""
+    again = stub(tmp_path, "again")
+    program = player(tmp_path, f"{CHECKPOINT}; exit 4", "exit 0")
+    run = row(tmp_path, RFEM=program)
+    assert run.communicate(timeout=60) and run.returncode == 4
+    (tmp_path / "bin").mkdir()
+    slow = tmp_path / "bin" / "cp"
+    slow.write_text(f'#!/bin/sh\ntouch {tmp_path}/copies\nsleep 0.3\nPATH="${{PATH#*:}}" exec cp "$@"\n')
+    slow.chmod(0o755)
+    path = f"{tmp_path}/bin:{os.environ['PATH']}"
+    run = row(tmp_path, RFEM=program, RFEM_AGAIN=str(tmp_path / "again"), PATH=path)
+    wait_for(tmp_path / "copies")
+    os.kill(run.pid, signal.SIGTERM)
+    run.communicate(timeout=60)
+    assert run.returncode == 4 and again.read_text() == "\n" and len(calls(tmp_path)) == 1
+    run = row(tmp_path, RFEM=program)
+    assert run.communicate(timeout=60) and run.returncode == 0
+    assert calls(tmp_path)[1] == "--restart"
+
+
+def wait_until(happens):
+    for _ in range(3000):
+        if happens():
+            return
+        time.sleep(0.01)
+    raise AssertionError("it does not happen")
+
+
+def wait_for(path):
+    wait_until(path.exists)
+
+
+def children(process):
+    with open(f"/proc/{process}/task/{process}/children") as file:
+        return file.read().split()
+
+
+def state(process):
+    """Z: it has ended and nobody has looked; None: it is gone."""
+    try:
+        with open(f"/proc/{process}/stat") as file:
+            return file.read().rsplit(")", 1)[1].split()[0]
+    except FileNotFoundError:
+        return None
+
+
+# a command that does its work N - 1 times and then kills all that runs with it, half done
+DEADLY = """#!/bin/bash
+echo >>{folder}/counts
+if [ "$(wc -l <{folder}/counts)" -ge {n} ]; then
+   {half}
+   kill -9 0
+fi
+PATH="${{PATH#*:}}" exec {command} "$@"
+"""
+
+
+@pytest.mark.parametrize("command, n", [("cp", 1), ("mv", 1), ("mv", 3), ("mv", 6), ("mv", 7), ("mv", 9)])
+def test_killed_while_the_results_are_brought_home(command, n, tmp_path):
+    """Whatever has come home by then, the row goes on and ends with the bits of the uninterrupted run."""
+    results = tmp_path / "results"
+    half = 'for f in "$(dirname "${@: -2:1}/x")"/*; do mkdir -p "${@: -1}"; head -c 900 "$f" >"${@: -1}/${f##*/}"; done'
+    deadly = DEADLY.format(folder=tmp_path, n=n, command=command, half=half if command == "cp" else ":")
+    whole = subprocess.run(
+        [PROGRAM, BOX, "--job", "long", "--output", tmp_path / "whole"], check=True, capture_output=True, text=True
+    )
+    piece(tmp_path, 4)
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin" / command).write_text(deadly)
+    (tmp_path / "bin" / command).chmod(0o755)
+    if command == "cp":  # the first copies take the files to the scratch folder
+        copies = len([end for end in results.glob("long*") if end.suffix not in (".exit", ".pieces")])
+        (tmp_path / "counts").write_text("\n" * copies)
+        text = (tmp_path / "bin" / "cp").read_text().replace("-ge 1", f"-gt {copies}")
+        (tmp_path / "bin" / "cp").write_text(text)
+    piece(tmp_path, -signal.SIGKILL, PATH=f"{tmp_path}/bin:{os.environ['PATH']}")
+    assert (results / "long.rst.h5").exists()
+    for _ in range(40):
+        if piece(tmp_path, (0, 4)) == 0:
+            break
+    log = (results / "long.log").read_text()
+    assert log.splitlines()[-1] == whole.stdout.splitlines()[-1]
+    for table in ("long_history.csv", "long_events.csv"):
+        assert (results / table).read_bytes() == (tmp_path / "whole" / table).read_bytes()
+    assert not list(results.glob(".*")), "nothing stays of what was half done"
+
+
+def piece(folder, expected, **variables):
+    """A piece of the row: its time is up a while after its results begin to come."""
+    for old in folder.glob("rfem_long_*"):
+        old.rename(folder / f"gone_{time.monotonic_ns()}")
+    run = row(folder, **variables)
+    wait_until(lambda: list(folder.glob("rfem_*/*_history.csv")) or run.poll() is not None)
+    time.sleep(0.3)
+    if run.poll() is None:
+        os.kill(run.pid, signal.SIGTERM)
+    run.communicate(timeout=60)
+    assert run.returncode in (expected if isinstance(expected, tuple) else (expected,))
+    return run.returncode

@@ -1,6 +1,7 @@
-"""What goes wrong ends in order: exit status, a reason, and no half result set.
+"""What goes wrong ends in order: exit status, a reason, and nothing half-written.
 
-Status 1: the simulation failed; 2: deck or command line wrong, nothing written; 3: a file could not be written.
+Status 1: the simulation failed; 2: deck or command line wrong, nothing written; 3: a file could not be written, and
+what is finished of the results stays.
 """
 
 import os
@@ -16,6 +17,7 @@ import time
 
 import numpy as np
 import pytest
+from kept_results import assert_kept
 from rfem_run import BEAM, PROGRAM, SOURCE, call, edited, run, table
 
 SMALL = SOURCE / "input" / "tutorial" / "first_deck" / "first_deck.inp"
@@ -115,43 +117,108 @@ def test_folder_without_permission(tmp_path, below):
     assert not os.listdir(closed)
 
 
-@pytest.fixture
-def small_disk(tmp_path):
-    made = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=400k", "tmpfs", tmp_path], capture_output=True)
-    if made.returncode:
-        pytest.skip("mounting a small disk needs root")
-    yield tmp_path
-    subprocess.run(["umount", tmp_path], check=True)
+@pytest.fixture(scope="module")
+def beams(tmp_path_factory):
+    """A deck for each form of frames, with a frame for every row, and the folder of its undisturbed run."""
+    made = {}
+
+    def get(form):
+        if form not in made:
+            folder = tmp_path_factory.mktemp(form)
+            deck = edited(
+                BEAM, folder, ("FIELD, FREQUENCY=10", f"FIELD, FORMAT={form}, FREQUENCY=1"), ("\nH = 2\n", "\nH = 8\n"),
+                ("*END STEP", "*NODE PRINT, NSET=LOAD\nU, RF\n*END STEP"), name="j.inp",
+            )  # fmt: skip
+            run(deck, folder / "whole", job="j")
+            made[form] = (deck, folder / "whole")
+        return made[form]
+
+    return get
 
 
-def test_full_disk(small_disk):
-    done = call(SMALL, "--output", small_disk, "--job", "job", "--quiet")
-    assert done.returncode == 3
-    said(done, "No space left on device", str(small_disk))
-    assert not os.listdir(small_disk), "no half file"
+KEPT = "rfem: note: the results up to there are kept\n"
+HEAD = "RF_FRAMES="
+
+
+def check_what_is_left(folder, whole, done, reason):
+    """Exit status 3, the file and the reason; ordinary files with all that was finished, or none at all."""
+    assert done.returncode == 3, done.stderr
+    file = re.escape(f"{done.args[3]}/j")
+    assert re.search(rf"^rfem: error: {file}\S*: .*{reason}", done.stderr, re.M), done.stderr
     assert "digest" not in done.stdout
+    left = os.listdir(folder)
+    if not left:
+        assert KEPT not in done.stderr
+        return 0, 0
+    assert done.stderr.endswith(KEPT)
+    if (folder / "j.mac").exists():
+        text = (folder / "j.mac").read_text()
+        frames = int(text[text.index(HEAD) + len(HEAD) :].split()[0])
+        assert frames > 0 and text.endswith("\n") and f"*IF,RF_FRAME,EQ,{frames},THEN" in text
+        assert f"*IF,RF_FRAME,EQ,{frames + 1},THEN" not in text
+    return assert_kept(folder, whole, "j")
 
 
-def test_full_disk_before_the_first_row(small_disk):
-    (small_disk / "ballast").write_bytes(bytes(4096 * 98))
-    done = call(SMALL, "--output", small_disk, "--job", "job", "--quiet")
-    assert done.returncode == 3
-    said(done, "No space left on device")
-    assert os.listdir(small_disk) == ["ballast"]
+@pytest.mark.parametrize("form, kilobytes", [("VTKHDF", 120), ("VTKHDF", 700), ("VTKHDF", 1800), ("BOTH", 3000)])
+def test_full_disk(form, kilobytes, beams, tmp_path):
+    deck, whole = beams(form)
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", f"size={kilobytes}k", "tmpfs", disk]
+    if subprocess.run(mount, capture_output=True).returncode:
+        pytest.skip("mounting a small disk needs root")
+    try:
+        done = call(deck, "--output", disk / "out", "--quiet")
+        shutil.copytree(disk / "out", tmp_path / "out")
+    finally:
+        subprocess.run(["umount", disk], check=True)
+    rows, frames = check_what_is_left(tmp_path / "out", whole, done, "No space left on device")
+    assert (rows > 0) == (frames > 0) == (kilobytes > 400)
+    if frames:
+        vtk_reads(tmp_path / "out" / "j.vtkhdf", frames)
 
 
-@pytest.mark.parametrize("size", [30_000, 60_000, 150_000, 400_000])
-def test_limit_on_file_sizes(tmp_path, size):
-    """ulimit -f fails writes as a full disk does, and needs no special rights."""
+def vtk_reads(path, frames):
+    vtk = pytest.importorskip("vtkmodules.vtkIOHDF")
+    reader = vtk.vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    assert reader.GetNumberOfSteps() == frames
+    reader.SetStep(frames - 1)
+    reader.Update()
+    assert reader.GetOutput().GetNumberOfCells() > 0
+
+
+@pytest.mark.parametrize("form, size", [("VTKHDF", 30), ("BOTH", 60), ("VTKHDF", 200), ("VTKHDF", 900), ("BOTH", 900)])
+def test_limit_on_file_sizes(form, size, beams, tmp_path):
+    """ulimit -f fails writes as a full disk and a quota do, and needs no special rights."""
 
     def limit():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size * 1000, size * 1000))
 
-    deck = edited(BEAM, tmp_path, ("FIELD, FREQUENCY=10", "FIELD, FORMAT=BOTH, FREQUENCY=1"))
-    done = call(deck, "--set", "H=8", "--output", tmp_path / "out", "--quiet", preexec_fn=limit)
-    assert done.returncode == 3, done.stderr
-    said(done, "File too large")
-    assert not os.listdir(tmp_path / "out")
+    deck, whole = beams(form)
+    done = call(deck, "--output", tmp_path / "out", "--quiet", preexec_fn=limit)
+    rows, frames = check_what_is_left(tmp_path / "out", whole, done, "File too large")
+    assert (rows > 0) == (frames > 0) == (size > 100)
+
+
+def test_folder_moved_during_the_run(beams, tmp_path):
+    """The files go with it, as they are; the run does not go on writing to where nobody looks."""
+    deck, whole = beams("VTKHDF")
+    running = subprocess.Popen(
+        [PROGRAM, deck, "--output", tmp_path / "out", "--quiet"],
+        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+    )  # fmt: skip
+    while not (tmp_path / "out" / "j_cracks.vtkhdf").exists() and running.poll() is None:
+        time.sleep(0.002)
+    time.sleep(0.1)
+    os.rename(tmp_path / "out", tmp_path / "moved")
+    messages = running.communicate(timeout=120)[1]
+    assert running.returncode == 3
+    assert re.search(r"^rfem: error: .*out/j\S*: .*No such file or directory", messages), messages
+    if os.listdir(tmp_path / "moved"):
+        assert_kept(tmp_path / "moved", whole, "j")
 
 
 def test_folder_removed_during_the_run(tmp_path):
