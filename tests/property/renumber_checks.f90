@@ -121,7 +121,7 @@ contains
          rule = '='
       case ('')
          rule = '='
-         if (name == 'reaction') rule = 'n *'
+         if (name == 'reaction') rule = '= *'
          if (name == 'slip_warning_node' .or. name == 'steep_warning_node') rule = '=n*'
       end select
    end function rule_of
@@ -183,7 +183,7 @@ contains
       character(len=3) :: rule
       rule = '='
       select case (name(7:))
-      case ('px', 'py', 'applied', 'initial', 'free_x', 'free_y', 'cx', 'cy')
+      case ('px', 'py', 'applied', 'initial', 'free_x', 'free_y')
          rule = 'n *'
       case ('place')
          rule = 'n'

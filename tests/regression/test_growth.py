@@ -3,22 +3,20 @@
 The deck's own numbering (ORDERING=NONE) never changes: a run in it is what the other one must be, but for round-off.
 """
 
-import numpy as np
 import pytest
 import rfem_results
 from rfem_run import SOURCE, close, edited, run
 
 GROWN = SOURCE / "tests" / "deck" / "good" / "grown.inp"
 ANEW = "step 1: numbered anew, as the mesh has grown by "
-STATIC = "*STATIC\n0.5, 1.\n*RELAXATION, TOLERANCE=1E-8\n"
 DECKS = {
     "static": [],
     # the same plate is pulled by a blow and goes on moving: splits in many moments
     "dynamic": [
-        ("*STEP, NAME=PULL\n" + STATIC, "*STEP, NAME=PULL\n*DYNAMIC, EXPLICIT, LOOK=5\n, 1E-5\n"),
+        ("PULL\n*STATIC\n0.5, 1.\n*RELAXATION, TOLERANCE=1E-8", "PULL\n*DYNAMIC, EXPLICIT, LOOK=5\n, 1E-5"),
         ("SELECT=ALL, MAX EVENTS=230", "SELECT=ALL"),
         ("*BOUNDARY\nRIGHT, 1, 1, 0.012", "*BOUNDARY, TYPE=VELOCITY\nRIGHT, 1, 1, 1200."),
-        ("*STEP, NAME=NAMED\n" + STATIC, "*STEP, NAME=NAMED\n*DYNAMIC, EXPLICIT, LOOK=5\n, 1E-6\n"),
+        ("NAMED\n*STATIC\n1., 1.\n*RELAXATION, TOLERANCE=1E-8", "NAMED\n*DYNAMIC, EXPLICIT, LOOK=5\n, 1E-6"),
         ("481, 2, 2, 0.002", "481, 2, 2"),
         ("*MONITOR", "*OUTPUT, FIELD, FREQUENCY=1000\n*OUTPUT, HISTORY, FREQUENCY=10\n*MONITOR"),
     ],
@@ -70,15 +68,7 @@ def test_what_later_steps_name(one, kind):
     gone = {400, 900}
     assert set(range(1, 1729)) - set(origin.tolist()) == gone
     held = nodes["node_id"] == 481
-    moved = one_value(nodes["displacement"][held][:, 1])
-    assert moved == pytest.approx(0.002 if kind == "static" else moved, rel=1e-12)
-    # a support that no other node has: its reaction is there and nowhere beside
-    reaction = nodes["reaction"]
-    assert abs(reaction[held][:, 1]).max() > 0
-    left = np.isin(nodes["node_origin"], range(1, 926, 37)) | (nodes["node_origin"] == 0)
-    assert not reaction[~held & ~left].any() or kind == "dynamic"
-
-
-def one_value(values):
-    assert len(set(values.tolist())) == 1
-    return values[0]
+    if kind == "static":
+        assert nodes["displacement"][held][:, 1] == pytest.approx([0.002], rel=1e-6)
+    # held upwards are the corner, by a line before the steps, and this node
+    assert set(nodes["node_origin"][nodes["reaction"][:, 1] != 0].tolist()) == {1, 481}
