@@ -13,8 +13,8 @@ ORDERINGS = ("HILBERT", "METIS", "NONE", "SHUFFLED")
 
 
 def step(bench):
-    """Complete relaxation steps: sizes, threads, numberings; the same with 10 % of the nodes in contact pairs, all lone;
-    and with cracks that cross in one corner."""
+    """Complete relaxation steps: sizes, threads, numberings; with 10 % of the nodes in contact pairs, all lone; with
+    cracks that cross in one corner."""
     rows = []
     for size in bench.sizes:
         for threads in (1, 2):
