@@ -56,8 +56,9 @@ contains
       character(len=:), allocatable :: error
       if (self%status == exit_not_written) return
       if (usable) then
-         call self%accept(at_event=.true.)
-         call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
+         call self%accept(at_event=.true.)         ! which looks by itself where cracks soften
+         if (.not. self%model%contact%softens()) &
+            call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
       end if
       call self%recorder%write_events(self%model, self%position, error)        ! one that ends the run is an event too
       if (self%recording_failed(error) .or. .not. usable) return

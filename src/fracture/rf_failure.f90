@@ -1,10 +1,11 @@
 !> Where the body fails next: utilisation of elements and nodes, the node with the largest, and the split that follows
 !> from it. Reads the mesh, never changes it.
 module rf_failure
-   use rf_kinds, only: wp, i1
+   use rf_kinds, only: wp, i1, i8
    use rf_archive, only: archive_t
    use rf_clock, only: stopwatch_t
    use rf_grow, only: grow
+   use rf_sort, only: sorted_order
    use rf_mesh, only: mesh_t
    use rf_renumber, only: renumbering_t, carry
    use rf_topology, only: changes_t, side_nodes, elements_around
@@ -67,6 +68,9 @@ module rf_failure
       logical, allocatable :: soft_tip(:)
       !> direction in which the ray that made it went on, unit vector, (2, nodes)
       real(wp), allocatable :: tip_direction(:, :)
+      !> the nodes that `shielded` or `soft_tip` marks (and some that neither does)
+      integer, allocatable, private :: shield_list(:)
+      integer, private :: n_shield_list = 0
       !> elements round the node have changed since the last look: its stress is not known, (nodes)
       logical, allocatable, private :: stale(:)
       !> stresses of the elements, tension positive [stress], (3, elements)
@@ -248,8 +252,23 @@ contains
       call carry(self%element_utilisation, map%element_from)
       call carry(self%element_bound, map%element_from)
       self%all_screened = .true.
+      call follow(self%looked_at, self%n_looked_at)
+      call follow(self%shield_list, self%n_shield_list)
       if (allocated(self%exhausted)) self%exhausted(pack(exposed, exposed <= map%n_nodes)) = .false.
       if (self%out_of_plane_node > 0) self%out_of_plane_node = map%node(self%out_of_plane_node)
+
+   contains
+
+      !> Nodes of a list, of those that stay.
+      subroutine follow(list, n)
+         integer, allocatable, intent(inout) :: list(:)
+         integer, intent(inout) :: n
+         if (n == 0) return
+         list = map%node(list(:n))
+         list = pack(list, list > 0)
+         n = size(list)
+      end subroutine follow
+
    end subroutine renumber
 
    !> Nodes of a crack that cohesion still holds together, and those one ring beside it and before its tip, do not fail:
@@ -260,31 +279,87 @@ contains
       type(mesh_t), intent(in) :: mesh
       !> pairs of nodes that cohesion holds together, (2, pairs)
       integer, intent(in) :: bonds(:, :)
-      integer, allocatable :: around(:)
-      logical, allocatable :: bonded(:)
-      integer :: s, i, k, n, nodes(2, 2)
+      integer, allocatable :: around(:), segments(:)
+      integer :: j, i, k, n, nodes(2, 2)
       if (.not. allocated(self%shielded)) return
-      self%shielded(:mesh%n_nodes) = .false.
-      self%soft_tip(:mesh%n_nodes) = .false.
-      if (size(bonds, 2) == 0) return
-      allocate (bonded(mesh%n_nodes), source=.false.)
-      do i = 1, size(bonds, 2)
-         bonded(bonds(:, i)) = .true.
+      do i = 1, self%n_shield_list
+         self%shielded(self%shield_list(i)) = .false.
+         self%soft_tip(self%shield_list(i)) = .false.
       end do
-      do s = 1, mesh%n_segments
-         nodes = side_nodes(mesh, s)
-         if (.not. any(bonded(nodes(:, 1)) .and. nodes(:, 1) /= nodes(:, 2))) cycle
+      self%n_shield_list = 0
+      call bonded_segments(mesh, bonds, segments)
+      do j = 1, size(segments)
+         nodes = side_nodes(mesh, segments(j))
          do i = 1, 4
             n = nodes(1 + mod(i, 2), 1 + mod(i/2, 2))
             self%soft_tip(n) = nodes(1 + mod(i, 2), 1) == nodes(1 + mod(i, 2), 2)
             call elements_around(mesh, n, around, k)
             do k = k, 1, -1
-               self%shielded(mesh%connectivity(:, around(k))) = .true.
+               call mark(mesh%connectivity(:, around(k)))
             end do
          end do
       end do
-      where (self%soft_tip(:mesh%n_nodes)) self%shielded(:mesh%n_nodes) = .false.
+      do i = 1, self%n_shield_list
+         n = self%shield_list(i)
+         if (self%soft_tip(n)) self%shielded(n) = .false.
+      end do
+
+   contains
+
+      !> Shield nodes, those of the segment's ends among them.
+      subroutine mark(corner)
+         integer, intent(in) :: corner(3)
+         integer :: c
+         do c = 1, 3
+            if (self%shielded(corner(c))) cycle
+            self%shielded(corner(c)) = .true.
+            self%n_shield_list = self%n_shield_list + 1
+            call grow(self%shield_list, self%n_shield_list)
+            self%shield_list(self%n_shield_list) = corner(c)
+         end do
+      end subroutine mark
+
    end subroutine shield
+
+   !> Segments with an end that is open and whose first side is a bonded node, ascending, each once.
+   subroutine bonded_segments(mesh, bonds, segments)
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: bonds(:, :)
+      integer, allocatable, intent(out) :: segments(:)
+      integer, allocatable :: around(:)
+      integer :: i, j, k, n, n_around, found, nodes(2, 2)
+      found = 0
+      allocate (segments(2*size(bonds)))
+      do i = 1, size(bonds)
+         n = bonds(1 + mod(i, 2), (i + 1)/2)
+         call elements_around(mesh, n, around, n_around)
+         do j = 1, n_around
+            do k = 1, 3
+               associate (s => mesh%segment(k, around(j)))
+                  if (s == 0) cycle
+                  nodes = side_nodes(mesh, s)
+                  if (.not. any(nodes(:, 1) == n .and. nodes(:, 1) /= nodes(:, 2))) cycle
+                  found = found + 1
+                  call grow(segments, found)
+                  segments(found) = s
+               end associate
+            end do
+         end do
+      end do
+      segments = ascending_once(segments(:found))
+   end subroutine bonded_segments
+
+   !> Numbers in ascending order, each once.
+   function ascending_once(list) result(sorted)
+      integer, intent(in) :: list(:)
+      integer, allocatable :: sorted(:)
+      logical, allocatable :: is_new(:)
+      sorted = list(sorted_order(int(list, i8)))
+      allocate (is_new(size(sorted)))
+      is_new = .true.
+      if (size(sorted) > 1) is_new(2:) = sorted(2:) /= sorted(:size(sorted) - 1)
+      sorted = pack(sorted, is_new)
+   end function ascending_once
 
    !> Remember the first node that breaks while the stress out of the plane is the extreme one. In tension only a larger
    !> tension out of the plane would matter.
@@ -413,7 +488,7 @@ contains
       real(wp) :: chord(2)
       if (.not. allocated(self%tip_direction)) return
       do s = mesh%n_segments, 1, -1
-         if (mesh%segment_event(s) /= event) cycle
+         if (mesh%segment_event(s) /= event) exit       ! its segments are the last ones
          nodes = side_nodes(mesh, s)
          do i = 1, 2
             if (nodes(i, 1) /= nodes(i, 2)) cycle
@@ -440,25 +515,31 @@ contains
       type(failure_t), intent(in) :: self
       type(mesh_t), intent(in) :: mesh
       real(wp) :: largest
-      integer :: n
+      integer :: i
       node = 0
       largest = largest_utilisation(self, mesh)
       if (largest < 1) return
-      do n = 1, mesh%n_nodes
-         if (.not. self%may_fail(mesh, n) .or. self%utilisation(n) < max(1.0_wp, largest*(1 - tie))) cycle
-         if (node == 0) node = n
-         if (mesh%node_id(n) < mesh%node_id(node)) node = n
+      do i = 1, self%n_looked_at
+         associate (n => self%looked_at(i))
+            if (self%stale(n) .or. .not. self%may_fail(mesh, n)) cycle
+            if (self%utilisation(n) < max(1.0_wp, largest*(1 - tie))) cycle
+            if (node == 0) node = n
+            if (mesh%node_id(n) < mesh%node_id(node)) node = n
+         end associate
       end do
    end function largest_admissible
 
-   !> Largest utilisation of the nodes that may fail.
+   !> Largest utilisation of the nodes that may fail, of those that the last look was at and whose elements are still the
+   !> same: the utilisation of all others is 0 or out of date.
    pure real(wp) function largest_utilisation(self, mesh) result(largest)
       type(failure_t), intent(in) :: self
       type(mesh_t), intent(in) :: mesh
-      integer :: n
+      integer :: i
       largest = 0
-      do n = 1, mesh%n_nodes
-         if (self%may_fail(mesh, n)) largest = max(largest, self%utilisation(n))
+      do i = 1, self%n_looked_at
+         associate (n => self%looked_at(i))
+            if (.not. self%stale(n) .and. self%may_fail(mesh, n)) largest = max(largest, self%utilisation(n))
+         end associate
       end do
    end function largest_utilisation
 

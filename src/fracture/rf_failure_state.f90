@@ -16,6 +16,8 @@ contains
       call archive%exchange('shielded', self%shielded)
       call archive%exchange('soft_tip', self%soft_tip)
       call archive%exchange('tip_direction', self%tip_direction)
+      call archive%exchange('shield_list', self%shield_list)
+      call archive%exchange('n_shield_list', self%n_shield_list)
       call archive%exchange('stale', self%stale)
       call archive%exchange('element_stress', self%element_stress)
       call archive%exchange('element_utilisation', self%element_utilisation)

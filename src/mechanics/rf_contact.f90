@@ -672,8 +672,18 @@ contains
    pure function bonds(self)
       class(contact_t), intent(in) :: self
       integer, allocatable :: bonds(:, :)
-      integer :: p
-      bonds = self%pair(:, pack([(p, p=1, self%n_pairs)], self%cohesive%bonded(:self%n_pairs)))
+      integer :: p, n
+      if (.not. self%softens()) then
+         allocate (bonds(2, 0))
+         return
+      end if
+      allocate (bonds(2, count(self%cohesive%bonded(:self%n_pairs))))
+      n = 0
+      do p = 1, self%n_pairs
+         if (.not. self%cohesive%bonded(p)) cycle
+         n = n + 1
+         bonds(:, n) = self%pair(:, p)
+      end do
    end function bonds
 
    !> Whether any pair has or had something to soften.

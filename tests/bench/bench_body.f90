@@ -27,6 +27,9 @@ module bench_body
    !> displacement of the right end
    real(wp), parameter :: pull = 1.0e-4_wp
    real(wp), parameter :: row_height = 0.5_wp*sqrt(3.0_wp)
+   !> crossing cracks: one cross in every rhombus of so many sides, of arms of so many, in a corner of such a part of the beam
+   integer, parameter :: cross_sides = 8, arm_sides = 3
+   real(wp), parameter :: corner_part(2) = [0.25_wp, 0.5_wp]
 
 contains
 
@@ -37,16 +40,17 @@ contains
    end function side
 
    !> A beam, ready to be relaxed.
-   subroutine make_body(elements, ordering, cracked, model)
+   subroutine make_body(elements, ordering, cracks, model)
       !> about so many
       integer, intent(in) :: elements
       !> HILBERT, METIS, NONE (row by row) or SHUFFLED (nodes and elements in random order)
       character(len=*), intent(in) :: ordering
-      !> with closed cracks
-      logical, intent(in) :: cracked
+      !> closed ones: CRACKED (straight, everywhere), CROSSED (crossing each other, in one corner), else none
+      character(len=*), intent(in) :: cracks
       type(model_t), intent(inout) :: model
       type(load_definition_t) :: definition(3)
-      logical :: replaced(load_gravity)
+      logical :: replaced(load_gravity), cracked
+      cracked = cracks == 'CRACKED' .or. cracks == 'CROSSED'
       call make_mesh(elements, ordering, merge(0.0_wp, 0.15_wp, cracked), model)
       allocate (model%material%section(1))
       associate (section => model%material%section(1))
@@ -63,7 +67,7 @@ contains
       model%failure%settings%on = .true.
       call model%failure%prepare(model%mesh, model%material)
       if (cracked) then
-         call cut_cracks(model, side(elements))
+         call cut_cracks(model, side(elements), cracks == 'CROSSED')
          call model%material%adopt(model%changes)
          call model%failure%adopt(model%mesh, model%changes)
       end if
@@ -130,33 +134,57 @@ contains
       end do
    end function shuffled
 
-   !> Closed cracks along rows of nodes.
-   subroutine cut_cracks(model, edge)
+   !> Closed cracks along lines of nodes.
+   subroutine cut_cracks(model, edge, crossed)
       type(model_t), intent(inout) :: model
       !> sides of the triangles, about
       real(wp), intent(in) :: edge
-      logical, allocatable :: on_line(:)
-      integer :: e, k, n, n_nodes, copies, rows, columns
-      columns = nint(lengths(1)/edge)
-      rows = 2*nint(lengths(2)/(2*row_height*edge))
+      logical, intent(in) :: crossed
+      !> the node lies on a crack along its row; on one that rises
+      logical, allocatable :: on_line(:, :)
+      integer :: e, k, n, line, n_nodes, copies
       associate (mesh => model%mesh)
          n_nodes = mesh%n_nodes
-         allocate (on_line(n_nodes))
-         do n = 1, n_nodes
-            on_line(n) = mod(nint(mesh%x(2, n)*rows/lengths(2)), crack_rows) == crack_rows/2 - 1 .and. &
-                         mod(nint(mesh%x(1, n)*columns/lengths(1)), crack_sides) /= 0
-         end do
-         do e = 1, mesh%n_elements
-            do k = 1, 3
-               if (.not. on_line(mesh%connectivity(k, e))) cycle
-               if (on_line(mesh%connectivity(next_corner(k), e))) call crack_edge(mesh, e, k, 0_i1, 0)
+         allocate (on_line(n_nodes, 2))
+         call find_lines(mesh%x(:, :n_nodes), edge, crossed, on_line)
+         do line = 1, 2
+            do e = 1, mesh%n_elements
+               do k = 1, 3
+                  if (.not. on_line(mesh%connectivity(k, e), line)) cycle
+                  if (on_line(mesh%connectivity(next_corner(k), e), line)) call crack_edge(mesh, e, k, 0_i1, 0)
+               end do
             end do
          end do
          do n = 1, n_nodes
-            if (on_line(n)) call refan_node(mesh, n, model%changes, copies)
+            if (any(on_line(n, :))) call refan_node(mesh, n, model%changes, copies)
          end do
       end associate
    end subroutine cut_cracks
+
+   !> Nodes that lie on cracks.
+   pure subroutine find_lines(x, edge, crossed, on_line)
+      !> (2, nodes)
+      real(wp), intent(in) :: x(:, :), edge
+      logical, intent(in) :: crossed
+      !> (nodes, 2): along its row, along a line that rises
+      logical, intent(out) :: on_line(:, :)
+      integer :: n, rows, columns, row, rising
+      columns = nint(lengths(1)/edge)
+      rows = 2*nint(lengths(2)/(2*row_height*edge))
+      on_line = .false.
+      do n = 1, size(x, 2)
+         row = nint(x(2, n)*rows/lengths(2))
+         if (.not. crossed) then
+            on_line(n, 1) = mod(row, crack_rows) == crack_rows/2 - 1 .and. &
+                            mod(nint(x(1, n)*columns/lengths(1)), crack_sides) /= 0
+         else if (x(1, n) > 2*edge .and. all(x(:, n) < corner_part*lengths)) then
+            rising = modulo(nint(x(1, n)*columns/lengths(1) - 0.5_wp*row), cross_sides) - cross_sides/2
+            row = modulo(row, cross_sides) - cross_sides/2
+            on_line(n, 1) = row == 0 .and. abs(rising) <= arm_sides
+            on_line(n, 2) = rising == 0 .and. abs(row) <= arm_sides
+         end if
+      end do
+   end subroutine find_lines
 
    !> Displacements of a beam that bends as one on two supports with a force in the middle (no shear); largest strain at
    !> the middle of its underside.

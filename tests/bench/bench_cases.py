@@ -14,16 +14,17 @@ ORDERINGS = ("HILBERT", "METIS", "NONE", "SHUFFLED")
 
 
 def step(bench):
-    """Complete relaxation steps: sizes, threads, numberings; then the same with 10 % of the nodes in contact pairs."""
+    """Complete relaxation steps: sizes, threads, numberings; with 10 % of the nodes in contact pairs, all lone; with
+    cracks that cross in one corner."""
     rows = []
     for size in bench.sizes:
         for threads in (1, 2):
             for ordering in ORDERINGS if threads == 1 else ORDERINGS[:2]:
-                rows.append({"size": size, "threads": threads, "ordering": ordering, "cracked": False})
-            rows.append({"size": size, "threads": threads, "ordering": "HILBERT", "cracked": True})
+                rows.append({"size": size, "threads": threads, "ordering": ordering, "cracked": ""})
+            for cracked in ("CRACKED", "CROSSED"):
+                rows.append({"size": size, "threads": threads, "ordering": "HILBERT", "cracked": cracked})
     for row in rows:
-        words = ["cracked"] if row["cracked"] else []
-        row.update(bench.measure("step", row["size"], row["ordering"], row["threads"], *words))
+        row.update(bench.measure("step", row["size"], row["ordering"], row["threads"], row["cracked"]))
     return rows
 
 
@@ -38,7 +39,12 @@ def look(bench):
 
 def event(bench):
     """Split events, without the relaxation."""
-    return [{"size": size} | bench.measure("event", size, 100 if bench.quick else 300) for size in bench.sizes]
+    events = 100 if bench.quick else 300
+    return [
+        {"size": size, "cracked": cracked} | bench.measure("event", size, events, cracked)
+        for size in bench.sizes
+        for cracked in ("", "CRACKED")
+    ]
 
 
 def growth(bench):

@@ -1,9 +1,9 @@
 !> Measures parts of rfem on bodies of its own and prints lines `name value` (seconds, bytes, counts):
 !>
 !>    rfem_bench triad THREADS
-!>    rfem_bench step ELEMENTS ORDERING THREADS [cracked]
+!>    rfem_bench step ELEMENTS ORDERING THREADS [CRACKED|CROSSED]
 !>    rfem_bench look ELEMENTS THREADS
-!>    rfem_bench event ELEMENTS EVENTS
+!>    rfem_bench event ELEMENTS EVENTS [CRACKED|CROSSED]
 !>    rfem_bench growth ELEMENTS PERCENT
 !>    rfem_bench memory ELEMENTS elastic|all
 !>
@@ -47,8 +47,8 @@ program rfem_bench
    case ('step')
       threads = number(4)
       call omp_set_num_threads(threads)
-      call make_body(number(2), word(3), word(5) == 'cracked', model)
-      if (word(5) == 'cracked') then
+      call make_body(number(2), word(3), word(5), model)
+      if (len(word(5)) > 0) then
          call measure_contact()
       else
          call measure_step()
@@ -56,15 +56,15 @@ program rfem_bench
    case ('look')
       threads = number(3)
       call omp_set_num_threads(threads)
-      call make_body(number(2), 'HILBERT', .false., model)
+      call make_body(number(2), 'HILBERT', '', model)
       call measure_look()
    case ('event')
       call omp_set_num_threads(1)
-      call make_body(number(2), 'HILBERT', .false., model)
+      call make_body(number(2), 'HILBERT', word(4), model)
       call measure_events(number(3))
    case ('growth')
       call omp_set_num_threads(1)
-      call make_body(number(2), 'HILBERT', .false., model)
+      call make_body(number(2), 'HILBERT', '', model)
       call measure_growth(0.01_wp*number(3))
    case ('memory')
       call measure_memory(number(2), word(3) == 'all')
@@ -172,7 +172,7 @@ contains
       integer :: steps, windows
       real(wp) :: best(2, 2), end_of_patience
       allocate (whole)
-      call make_body(number(2), word(3), .false., whole)
+      call make_body(number(2), word(3), '', whole)
       steps = max(20, min(2000, int(window_updates/model%mesh%n_elements)))
       best = huge(1.0_wp)
       end_of_patience = monotonic_time() + 4*patience
@@ -284,6 +284,9 @@ contains
       call put('whole', median(whole(2:)))
       call put('whole_mean', sum(whole(2:))/(events - 1))
       call put('segments', real(model%mesh%n_segments, wp))
+      call put('nodes', real(model%mesh%n_nodes, wp))
+      call put('contact_nodes', real(model%contact%n_nodes, wp))
+      call put('groups', real(model%contact%n_groups - model%contact%n_lone, wp))
       do i = 1, events
          call plan_at_random(draws, split)
          call split_by_items(split, item(:, i))
@@ -417,7 +420,7 @@ contains
       real(wp) :: empty
       empty = resident()
       model%failure%watching = everything
-      call make_body(elements, 'HILBERT', everything, model)
+      call make_body(elements, 'HILBERT', trim(merge('CRACKED', '       ', everything)), model)
       model%relaxation%settings%max_iterations = 3
       call model%equilibrate(never)
       call put('elements', real(model%mesh%n_elements, wp))

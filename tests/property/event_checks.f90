@@ -335,7 +335,13 @@ contains
       allocate (fresh%no_split_element, source=model%failure%no_split_element)
       call fresh%prepare(model%mesh, model%material)
       fresh%exhausted(:n) = model%failure%exhausted(:n)
-      if (allocated(fresh%shielded)) fresh%shielded(:n) = model%failure%shielded(:n)
+      call fresh%shield(model%mesh, model%contact%bonds())
+      call kept%shield(model%mesh, model%contact%bonds())
+      if (allocated(fresh%shielded)) then
+         if (any(fresh%shielded(:n) .neqv. kept%shielded(:n)) .or. any(fresh%soft_tip(:n) .neqv. kept%soft_tip(:n))) &
+            problem = 'nodes that softening cracks shield did not follow'
+         fresh%shielded(:n) = model%failure%shielded(:n)
+      end if
       call fresh%look_everywhere(model%mesh, model%material, model%motion)
       if (differ(kept%largest, fresh%largest) .and. max(kept%largest, fresh%largest) > 0) &
          problem = 'the largest utilisation is another than that of all nodes'
