@@ -1,4 +1,4 @@
-"""A mesh that grows is numbered anew on the way, and nothing shows it: not the threads, not the results, not what later steps name.
+"""A mesh that grows is numbered anew on the way. Nothing shows it: not threads, results, nor what later steps name.
 
 The deck's own numbering (ORDERING=NONE) never changes: a run in it is what the other one must be, but for round-off.
 """
