@@ -121,7 +121,7 @@ def nobody():
 
 @pytest.fixture
 def as_nobody(deck):
-    """A deck, a folder, and options to run the program as somebody for whom permissions count; else the test is skipped.
+    """A deck, a folder, and options to run the program as somebody for whom permissions count; else skip.
 
     Not below pytest's own folder: every session of pytest closes that to others.
     """
