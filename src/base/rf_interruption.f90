@@ -48,7 +48,7 @@ contains
       text = leave_signal()
       if (len(text) > 0) return
       text = 'the wall-clock limit'
-      if (self%times >= self%leave_at .and. self%leave_at >= 0) text = 'the count of its questions'
+      if (self%times >= self%leave_at .and. self%leave_at >= 0) text = 'a test'
    end function reason
 
 end module rf_interruption

@@ -4,9 +4,9 @@
     fuzz_restart.py [--runs N] [--seed S] [--first I] [--seconds T] [--output DIR]    run I of seed S is always the same
 
 Seeds are the files of small runs that were cut. A run changes one of them: bytes of the checkpoint, of the HDF5 results
-or of the tables (changed, cut off, put in, zeroed, files exchanged), or through h5py the kind, the size, the presence of
-data and groups of the checkpoint; half of the changed checkpoints get a checksum that fits, so that what stands behind
-the checksum is asked too. What must hold: a documented exit status and no signal, no run-time error, no report of a
+or of the tables (changed, cut off, put in, zeroed, files exchanged or left out), or through h5py the kind, the size, the
+presence of data and groups of the checkpoint; half of the changed checkpoints get a checksum that fits, so that what
+stands behind the checksum is asked too. What must hold: a documented exit status and no signal, no run-time error, no report of a
 sanitizer, an end within 10 s of processor time; with status 3 a message, and the tables as they were; a checkpoint with
 another byte and its old checksum is refused. What fails is kept in DIR with the command that shows it.
 """
@@ -103,76 +103,83 @@ def items_of(file):
     def visit(_, item):
         if isinstance(item, h5py.Group):
             found.extend((item.name, name, False) for name in item.attrs)
-            found.extend((item.name, name, True) for name in item if isinstance(item[name], h5py.Dataset))
+            hard = [name for name in item if isinstance(item.get(name, getlink=True), h5py.HardLink)]
+            found.extend((item.name, name, True) for name in hard if isinstance(item[name], h5py.Dataset))
 
     visit("", file)
     file.visititems(visit)
     return found
 
 
-KINDS = ("i1", "i2", "<i4", ">i4", "<i8", "<f4", "<f8", ">f8", "S8", "u1", "c16")
+KINDS = ("i1", "i2", "<i4", "<i8", "<f4", "<f8", "S8", "S3", "c16")
 
 
-def value_like(state, old):
-    """Another kind, number of dimensions, or presence."""
-    shape = () if old is None else np.shape(old)
-    kind = state.randrange(4)
-    if kind == 0:
-        return h5py.Empty(np.dtype(state.choice(KINDS)))
-    if kind == 1:
-        return np.zeros(shape, state.choice(KINDS))
-    if kind == 2:
-        return np.zeros(state.choice(((), (1,), (0,), (3, 0), (2, 3), (1, 2, 3), (2, 2, 2, 2))), state.choice(KINDS))
-    return np.zeros((*shape, 1), "<i4")
+def of_another_kind(state, old):
+    """A value of another kind or number of dimensions; also, where there was a number, none."""
+    shape = getattr(old, "shape", None)
+    if shape is None:
+        return np.zeros((2,) * state.randint(1, 3), "c16")
+    choice = state.randrange(3)
+    if choice == 0 and shape == ():
+        return h5py.Empty(old.dtype)
+    if choice == 1:
+        return np.zeros((*shape, 1), old.dtype)
+    return np.zeros(shape, state.choice([kind for kind in KINDS if np.dtype(kind).itemsize != old.dtype.itemsize]))
 
 
-def change_structure(state, body):
-    """Kind, size, presence and place of data, through h5py."""
+def of_another_size(state, old):
+    """Longer, shorter, empty, not there, or large without a byte in the file."""
+    kind = "<f8" if old is None else old.dtype
+    choice = state.randrange(3)
+    if choice == 0:
+        return {"data": h5py.Empty(np.dtype(kind))}
+    if choice == 1:
+        return {"data": np.zeros(state.choice(((0,), (1,), (7,), (2, 3), (3, 0), (2**16,))), kind)}
+    return {"shape": (2 ** state.randint(20, 33),), "dtype": kind, "chunks": (1024,)}
+
+
+def change_structure(state, body, forged):
+    """Kind, presence and place of data, through h5py. With a checksum that fits (forged) sizes are left alone: whoever
+    computes it can make the program believe anything, but what it cannot read it must not read."""
     with tempfile.NamedTemporaryFile(suffix=".h5", dir=fuzz.SCRATCH) as scratch:
         scratch.write(body)
         scratch.flush()
         with h5py.File(scratch.name, "r+", libver=("v110", "v110")) as file:
             for _ in range(state.choice((1, 1, 2, 5))):
-                change_item(state, file)
+                change_item(state, file, forged)
         return Path(scratch.name).read_bytes()
 
 
-def change_item(state, file):
+def change_item(state, file, forged):
     group, name, is_dataset = state.choice(items_of(file))
     owner = file[group]
-    kind = state.randrange(6)
-    if kind == 0 and group != "/":  # a whole group: left out, doubled, a link to nowhere or to itself
+    kind = state.randrange(5)
+    if kind == 0 and group != "/":  # a whole group: left out, or a link to itself, to the root, to another file
         parent, last = owner.parent, group.rsplit("/", 1)[1]
-        copied = state.random() < 0.5
-        if copied:
-            parent.copy(last, last + "_copy")
-        else:
-            del parent[last]
-            parent[last] = state.choice((h5py.SoftLink(group), h5py.SoftLink("/"), h5py.ExternalLink("no.h5", "/")))
-    elif kind == 1:
-        owner.attrs[f"more{state.randrange(100)}"] = np.int32(1)
-    elif kind == 2 and not is_dataset:
-        del owner.attrs[name]
-    elif not is_dataset:
-        owner.attrs[name] = value_like(state, owner.attrs[name])
-    elif kind == 3:
-        del owner[name]
+        del parent[last]
         if state.random() < 0.5:
-            owner.attrs[name] = np.int32(3)
+            parent[last] = state.choice((h5py.SoftLink(group), h5py.ExternalLink("no.h5", "/")))
+    elif not is_dataset:
+        old = owner.attrs[name]
+        del owner.attrs[name]
+        if kind > 1:
+            owner.attrs[name] = of_another_kind(state, old)
     else:
         old = owner[name][()] if owner[name].shape is not None else None
         del owner[name]
-        if kind == 4:  # large without a byte in the file
-            owner.create_dataset(name, shape=(2**state.randint(20, 33),), dtype=state.choice(KINDS), chunks=(1024,))
-        else:
-            owner[name] = value_like(state, old)
+        if kind == 1:
+            owner.attrs[name] = np.int32(3)
+        elif kind == 2 and not forged:
+            owner.create_dataset(name, **of_another_size(state, old))
+        elif kind > 2:
+            owner[name] = of_another_kind(state, old)
 
 
 def mutated(state, seeds):
     """Files of a run, what was done to them, and whether the program must refuse them."""
     name = state.choice(sorted(seeds))
     files = dict(seeds[name])
-    what = state.choice(("bytes", "bytes", "sealed bytes", "structure", "structure", "results", "exchanged", "missing"))
+    what = state.choice(("bytes", "sealed bytes", "structure", "forged", "forged", "results", "exchanged", "missing"))
     old = files[CHECKPOINT]
     refused = True
     if what == "bytes":
@@ -182,7 +189,9 @@ def mutated(state, seeds):
         files[CHECKPOINT] = sealed(change_bytes(state, body_of(old)))
         refused = False
     elif what == "structure":
-        files[CHECKPOINT] = sealed(change_structure(state, body_of(old)))
+        files[CHECKPOINT] = change_structure(state, body_of(old), False) + old[old.rfind(SEAL) :]
+    elif what == "forged":
+        files[CHECKPOINT] = sealed(change_structure(state, body_of(old), True))
     else:
         which = state.choice(sorted(set(files) - {CHECKPOINT}))
         if what == "results":
@@ -230,7 +239,8 @@ def keep(output, options, number, what, files, problem, error):
     for name, content in files.items():
         (folder / name).write_bytes(content)
     (folder / "report.txt").write_text(
-        f"{problem}\n{what}; seed {options.seed}, run {number}\n{fuzz.PROGRAM} --restart {folder / CHECKPOINT} --quiet\n\n"
+        f"{problem}\n{what}; seed {options.seed}, run {number}\n"
+        f"{fuzz.PROGRAM} --restart {folder / CHECKPOINT} --quiet\n\n"
         + error.decode(errors="replace")[-4000:]
     )
     return folder

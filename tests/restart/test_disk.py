@@ -8,7 +8,9 @@ import resource
 import shutil
 import signal
 import subprocess
+import tempfile
 import time
+from pathlib import Path
 
 import pytest
 from kept_results import assert_kept
@@ -117,28 +119,35 @@ def nobody():
     os.setuid(65534)
 
 
-def as_nobody(deck, folder):
-    """Options to run the program as somebody for whom permissions count; skip where that one cannot run it."""
-    if os.geteuid() != 0:
-        return {}
-    for place in (folder, *folder.parents, deck.parent):
-        if place.owner() == "root" and "pytest" in str(place):
-            place.chmod(0o755)
-    os.chown(folder, 65534, 65534)
+@pytest.fixture
+def as_nobody(deck):
+    """A deck, a folder, and options to run the program as somebody for whom permissions count; else skip.
+
+    Not below pytest's own folder: every session of pytest closes that to others.
+    """
+    place = Path(tempfile.mkdtemp(prefix="rfem_nobody_"))
+    place.chmod(0o755)
+    shutil.copy(deck, place / "j.inp")
+    (place / "out").mkdir()
+    options = {}
+    if os.geteuid() == 0:
+        os.chown(place / "out", 65534, 65534)
+        options["preexec_fn"] = nobody
     try:
-        check = subprocess.run([PROGRAM, deck, "--check"], capture_output=True, preexec_fn=nobody, check=False)
+        check = subprocess.run([PROGRAM, place / "j.inp", "--check"], capture_output=True, check=False, **options)
+        reason = check.returncode
     except (PermissionError, subprocess.SubprocessError):
-        check = None
-    if check is None or check.returncode != 0:
+        reason = 1
+    if not reason:
+        yield place / "j.inp", place / "out", options
+    shutil.rmtree(place, ignore_errors=True)
+    if reason:
         pytest.skip("the folders of the program and of the project are not open to another user")
-    return {"preexec_fn": nobody}
 
 
-def test_folder_becomes_read_only(deck, whole, tmp_path):
+def test_folder_becomes_read_only(as_nobody, whole, tmp_path):
     """Files that are open go on; the next checkpoint cannot be made, the last one stays."""
-    folder = tmp_path / "out"
-    folder.mkdir()
-    options = as_nobody(deck, folder)
+    deck, folder, options = as_nobody
     run = started(deck, folder, **options)
     os.kill(run.pid, signal.SIGSTOP)
     folder.chmod(0o555)
@@ -152,14 +161,13 @@ def test_folder_becomes_read_only(deck, whole, tmp_path):
     goes_on(tmp_path / "mine", whole)
 
 
-def test_a_file_that_may_not_be_written(deck, whole, tmp_path):
+def test_a_file_that_may_not_be_written(as_nobody, whole):
     """One file cannot be gone on with, which is seen when others are open: those are closed, and nothing is lost."""
-    folder = tmp_path / "out"
-    folder.mkdir()
-    options = as_nobody(deck, folder)
+    deck, folder, options = as_nobody
     run = started(deck, folder, **options)
     run.send_signal(signal.SIGTERM)
-    assert run.wait(timeout=120) == 4
+    messages = run.communicate(timeout=120)[1]
+    assert run.returncode == 4, messages
     (folder / "j_cracks.vtkhdf").chmod(0o444)
     done = call("--restart", folder / "j.rst.h5", "--quiet", **options)
     assert done.returncode == 3
