@@ -1,11 +1,11 @@
 !> Where the body fails next: utilisation of elements and nodes, the node with the largest, and the split that follows
 !> from it. Reads the mesh, never changes it.
 module rf_failure
-   use rf_kinds, only: wp, i1, i8
+   use rf_kinds, only: wp, i1
    use rf_archive, only: archive_t
    use rf_clock, only: stopwatch_t
    use rf_grow, only: grow
-   use rf_sort, only: sorted_order
+   use rf_sort, only: ascending_once
    use rf_mesh, only: mesh_t
    use rf_renumber, only: renumbering_t, carry
    use rf_topology, only: changes_t, side_nodes, elements_around
@@ -348,18 +348,6 @@ contains
       end do
       segments = ascending_once(segments(:found))
    end subroutine bonded_segments
-
-   !> Numbers in ascending order, each once.
-   function ascending_once(list) result(sorted)
-      integer, intent(in) :: list(:)
-      integer, allocatable :: sorted(:)
-      logical, allocatable :: is_new(:)
-      sorted = list(sorted_order(int(list, i8)))
-      allocate (is_new(size(sorted)))
-      is_new = .true.
-      if (size(sorted) > 1) is_new(2:) = sorted(2:) /= sorted(:size(sorted) - 1)
-      sorted = pack(sorted, is_new)
-   end function ascending_once
 
    !> Remember the first node that breaks while the stress out of the plane is the extreme one. In tension only a larger
    !> tension out of the plane would matter.
