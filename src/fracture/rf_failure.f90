@@ -327,7 +327,7 @@ contains
       integer, intent(in) :: bonds(:, :)
       integer, allocatable, intent(out) :: segments(:)
       integer, allocatable :: around(:)
-      integer :: i, j, k, n, n_around, found, nodes(2, 2)
+      integer :: i, j, k, n, s, n_around, found, nodes(2, 2)
       found = 0
       allocate (segments(2*size(bonds)))
       do i = 1, size(bonds)
@@ -335,14 +335,13 @@ contains
          call elements_around(mesh, n, around, n_around)
          do j = 1, n_around
             do k = 1, 3
-               associate (s => mesh%segment(k, around(j)))
-                  if (s == 0) cycle
-                  nodes = side_nodes(mesh, s)
-                  if (.not. any(nodes(:, 1) == n .and. nodes(:, 1) /= nodes(:, 2))) cycle
-                  found = found + 1
-                  call grow(segments, found)
-                  segments(found) = s
-               end associate
+               s = mesh%segment_at(k, around(j))
+               if (s == 0) cycle
+               nodes = side_nodes(mesh, s)
+               if (.not. any(nodes(:, 1) == n .and. nodes(:, 1) /= nodes(:, 2))) cycle
+               found = found + 1
+               call grow(segments, found)
+               segments(found) = s
             end do
          end do
       end do

@@ -142,7 +142,7 @@ contains
          call elements_around(mesh, nodes(i), around, n_around)
          do j = 1, n_around
             do k = 1, 3
-               s = mesh%segment(k, around(j))
+               s = mesh%segment_at(k, around(j))
                if (s == 0 .or. mesh%connectivity(previous_corner(k), around(j)) == nodes(i)) cycle
                n = n + 1
                call grow(segments, n)
