@@ -210,6 +210,7 @@ contains
    subroutine find_reactions(self)
       class(simulation_t), intent(inout) :: self
       associate (model => self%model)
+         call model%contact%sum_forces(1.0_wp)       ! a step sums them only where supports move
          call reaction(model%mesh, model%contact, model%loads, model%motion, model%reaction)
          call model%dynamics%add_moving(model%loads, model%reaction)
       end associate

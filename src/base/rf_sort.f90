@@ -3,7 +3,7 @@ module rf_sort
    use rf_kinds, only: i8
    implicit none
    private
-   public :: sorted_order
+   public :: sorted_order, ascending_once
 
 contains
 
@@ -48,5 +48,17 @@ contains
       end function take_left
 
    end function sorted_order
+
+   !> Numbers in ascending order, each once.
+   pure function ascending_once(list) result(sorted)
+      integer, intent(in) :: list(:)
+      integer, allocatable :: sorted(:)
+      logical, allocatable :: is_new(:)
+      sorted = list(sorted_order(int(list, i8)))
+      allocate (is_new(size(sorted)))
+      is_new = .true.
+      if (size(sorted) > 1) is_new(2:) = sorted(2:) /= sorted(:size(sorted) - 1)
+      sorted = pack(sorted, is_new)
+   end function ascending_once
 
 end module rf_sort

@@ -1,11 +1,11 @@
 !> Where the body fails next: utilisation of elements and nodes, the node with the largest, and the split that follows
 !> from it. Reads the mesh, never changes it.
 module rf_failure
-   use rf_kinds, only: wp, i1, i8
+   use rf_kinds, only: wp, i1
    use rf_archive, only: archive_t
    use rf_clock, only: stopwatch_t
    use rf_grow, only: grow
-   use rf_sort, only: sorted_order
+   use rf_sort, only: ascending_once
    use rf_mesh, only: mesh_t
    use rf_renumber, only: renumbering_t, carry
    use rf_topology, only: changes_t, side_nodes, elements_around
@@ -327,7 +327,7 @@ contains
       integer, intent(in) :: bonds(:, :)
       integer, allocatable, intent(out) :: segments(:)
       integer, allocatable :: around(:)
-      integer :: i, j, k, n, n_around, found, nodes(2, 2)
+      integer :: i, j, k, n, s, n_around, found, nodes(2, 2)
       found = 0
       allocate (segments(2*size(bonds)))
       do i = 1, size(bonds)
@@ -335,31 +335,18 @@ contains
          call elements_around(mesh, n, around, n_around)
          do j = 1, n_around
             do k = 1, 3
-               associate (s => mesh%segment(k, around(j)))
-                  if (s == 0) cycle
-                  nodes = side_nodes(mesh, s)
-                  if (.not. any(nodes(:, 1) == n .and. nodes(:, 1) /= nodes(:, 2))) cycle
-                  found = found + 1
-                  call grow(segments, found)
-                  segments(found) = s
-               end associate
+               s = mesh%segment_at(k, around(j))
+               if (s == 0) cycle
+               nodes = side_nodes(mesh, s)
+               if (.not. any(nodes(:, 1) == n .and. nodes(:, 1) /= nodes(:, 2))) cycle
+               found = found + 1
+               call grow(segments, found)
+               segments(found) = s
             end do
          end do
       end do
       segments = ascending_once(segments(:found))
    end subroutine bonded_segments
-
-   !> Numbers in ascending order, each once.
-   function ascending_once(list) result(sorted)
-      integer, intent(in) :: list(:)
-      integer, allocatable :: sorted(:)
-      logical, allocatable :: is_new(:)
-      sorted = list(sorted_order(int(list, i8)))
-      allocate (is_new(size(sorted)))
-      is_new = .true.
-      if (size(sorted) > 1) is_new(2:) = sorted(2:) /= sorted(:size(sorted) - 1)
-      sorted = pack(sorted, is_new)
-   end function ascending_once
 
    !> Remember the first node that breaks while the stress out of the plane is the extreme one. In tension only a larger
    !> tension out of the plane would matter.

@@ -169,7 +169,7 @@ contains
       call self%material%initial%nodal_forces(self%mesh, self%material%section%thickness, self%loads%initial, self%changes)
       call self%loads%follow(self%mesh, self%material, self%changes, fraction, time)
       call self%rows%update(self%mesh, self%material, self%changes)
-      call self%contact%rebuild(self%mesh, self%material, self%motion, self%changes)
+      call self%contact%follow(self%mesh, self%material, self%motion, self%changes)
       call self%pieces%follow(self%mesh, self%changes)
       call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
       call self%failure%adopt(self%mesh, self%changes)

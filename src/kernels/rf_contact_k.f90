@@ -12,6 +12,8 @@ module rf_contact_k
 
    !> sweeps after which a group is left as it is until the next step
    integer, parameter :: max_sweeps = 30
+   !> groups below which a second thread costs more than it brings: to wake and await it takes the time of some hundred pairs
+   integer, parameter :: groups_for_threads = 256
    !> vectors that hold gaps and slips of a group; pairs in it for which they suffice
    integer, parameter :: most_vectors = 8, most_coupled = most_vectors*lanes/2
 
@@ -74,8 +76,10 @@ contains
       !> |r|^2 of the contact nodes over free and over supported directions, of each block, (2, blocks)
       real(wp), intent(inout), contiguous :: partial(:, :)
       integer :: k
+      logical :: on_threads
 
-      !$omp parallel do default(none) schedule(static) if (n_blocks >= blocks_for_threads) &
+      on_threads = n_blocks >= blocks_for_threads .and. block_group(n_blocks + 1) > groups_for_threads
+      !$omp parallel do default(none) schedule(static) if (on_threads) &
       !$omp    shared(n_blocks, block_lone, block_group, ordinary, group_pair, group_node, node, pair_node, normal, weight, gain, &
       !$omp           friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, &
       !$omp           counted, group_column, coupling, tolerance, warm, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, &

@@ -4,6 +4,7 @@ module rf_cohesive
    use rf_kinds, only: wp
    use rf_archive, only: archive_t
    use rf_grow, only: grow
+   use rf_move, only: runs_t, move
    use rf_renumber, only: carry
    implicit none
    private
@@ -33,7 +34,7 @@ module rf_cohesive
       !> energy dissipated so far, energy that the jumps of the last accepted state would give back [force length]
       real(wp) :: dissipated = 0, stored = 0
    contains
-      procedure :: reserve, permute, keep, start, inherit, weigh, release, settle, take_stock, work, is_held
+      procedure :: reserve, permute, keep, take, shift, put, start, inherit, weigh, release, settle, take_stock, work, is_held
       procedure :: exchange
    end type cohesive_t
 
@@ -84,6 +85,56 @@ contains
       call carry(self%critical, stay)
       call carry(self%jump, stay)
    end subroutine keep
+
+   !> Copies of what pairs know, not of what segments say.
+   subroutine take(self, from, pairs)
+      class(cohesive_t), intent(inout) :: self
+      type(cohesive_t), intent(in) :: from
+      !> their numbers
+      integer, intent(in) :: pairs(:)
+      self%area = from%area(pairs)
+      self%damage = from%damage(pairs)
+      self%separation = from%separation(pairs)
+      self%rigid = from%rigid(pairs)
+      self%impulse = from%impulse(:, pairs)
+      self%jump = from%jump(:, pairs)
+   end subroutine take
+
+   !> Pairs get new places; their impulses are those of a step that is over. Where nothing softens only the separation
+   !> is not the same for all.
+   subroutine shift(self, runs, n_pairs)
+      class(cohesive_t), intent(inout) :: self
+      type(runs_t), intent(in) :: runs
+      !> how many there were
+      integer, intent(in) :: n_pairs
+      call move(self%separation, runs)
+      if (.not. any(self%area(:n_pairs) > 0 .or. self%damage(:n_pairs) > 0)) return
+      self%impulse = 0
+      call move(self%area, runs)
+      call move(self%energy, runs)
+      call move(self%strength, runs)
+      call move(self%damage, runs)
+      call move(self%rigid, runs)
+      call move(self%bonded, runs)
+      call move(self%jump, runs)
+   end subroutine shift
+
+   !> A pair of another body's becomes one of this.
+   subroutine put(self, p, from, q)
+      class(cohesive_t), intent(inout) :: self
+      !> place, and number there
+      integer, intent(in) :: p, q
+      type(cohesive_t), intent(in) :: from
+      self%area(p) = from%area(q)
+      self%energy(:, p) = from%energy(:, q)
+      self%strength(:, p) = from%strength(:, q)
+      self%damage(p) = from%damage(q)
+      self%separation(p) = from%separation(q)
+      self%rigid(p) = from%rigid(q)
+      self%impulse(:, p) = from%impulse(:, q)
+      self%bonded(p) = from%bonded(q)
+      self%jump(:, p) = from%jump(:, q)
+   end subroutine put
 
    !> A new pair: undamaged.
    subroutine start(self, p, rigid)

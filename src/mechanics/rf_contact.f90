@@ -26,7 +26,7 @@ module rf_contact
    real(wp), parameter :: slip_threshold = 1.0_wp - 1.0e-9_wp
 
    type :: contact_t
-      !> the first n_lone pairs share no node with another; each is a group
+      !> the first n_lone pairs share no node with another; each is a group. They stand in the order of their nodes
       integer :: n_pairs = 0, n_nodes = 0, n_groups = 0, n_lone = 0
       !> nodes a < b of each pair, (2, pairs); pairs that share nodes stand together (groups)
       integer, allocatable :: pair(:, :)
@@ -73,12 +73,15 @@ module rf_contact
       real(wp), allocatable :: partial(:, :)
       !> workspace of the kernel: gap and slip without impulses, (2, pairs); changes of velocity, (2, contact nodes)
       real(wp), allocatable :: jump(:, :), kick(:, :)
-      !> keys of the pairs in ascending order, to find them by
+      !> keys of the pairs that share nodes in ascending order and their numbers, to find them by
       integer(i8), allocatable, private :: key(:)
       integer, allocatable, private :: by_key(:)
    contains
-      procedure :: rebuild, renumber, node_force, weigh, find_pair, gap, slip, opening, settle, follow_overlap, traction, state
+      procedure :: rebuild, follow, renumber, node_force, weigh, find_pair, gap, slip, opening, settle, follow_overlap, traction
+      procedure :: state
       procedure :: arrange, sum_forces, bonds, softens
+      procedure, private :: take_pairs, inherit_pairs, join_ends, group_pairs, reserve_pairs, lone_before
+      procedure, private, nopass :: pair_key
       procedure :: exchange
    end type contact_t
 
@@ -88,6 +91,15 @@ module rf_contact
          class(contact_t), intent(inout) :: self
          class(archive_t), intent(inout) :: archive
       end subroutine exchange
+
+      !> Follow a split: the pairs there are now, as rebuild would find them, where it has touched the body.
+      module subroutine follow(self, mesh, material, motion, changes)
+         class(contact_t), intent(inout) :: self
+         type(mesh_t), intent(in) :: mesh
+         type(material_t), intent(in) :: material
+         type(motion_t), intent(in) :: motion
+         type(changes_t), intent(in) :: changes
+      end subroutine follow
    end interface
 
 contains
@@ -102,22 +114,42 @@ contains
       !> what the split changed (absent at the start)
       type(changes_t), intent(in), optional :: changes
       type(contact_t) :: old
-      integer :: p, q, i, ancestor(2)
-      old%n_pairs = self%n_pairs
-      if (old%n_pairs > 0) then
-         call move_alloc(self%key, old%key)
-         call move_alloc(self%by_key, old%by_key)
-         old%broken = self%broken(:self%n_pairs)
-         old%normal = self%normal(:, :self%n_pairs)
-         old%slip_reference = self%slip_reference(:self%n_pairs)
-         old%gap_reference = self%gap_reference(:self%n_pairs)
-         old%friction_before = self%friction_before(:self%n_pairs)
-         old%stuck_before = self%stuck_before(:self%n_pairs)
-         old%impulse = self%impulse(:, :self%n_pairs)
-         old%cohesive = self%cohesive
-      end if
+      integer :: p
+      if (self%n_pairs > 0) call old%take_pairs(self, [(p, p=1, self%n_pairs)])
       call collect_pairs(self, mesh, material)
-      call group_pairs(self)
+      call self%group_pairs()
+      call self%inherit_pairs(old, motion, changes)
+   end subroutine rebuild
+
+   !> Copies of pairs with what they know, to be found by their nodes; not as segments see them.
+   subroutine take_pairs(self, from, pairs)
+      class(contact_t), intent(inout) :: self
+      type(contact_t), intent(in) :: from
+      !> their numbers
+      integer, intent(in) :: pairs(:)
+      self%n_pairs = size(pairs)
+      self%n_lone = 0
+      self%pair = from%pair(:, pairs)
+      self%normal = from%normal(:, pairs)
+      self%broken = from%broken(pairs)
+      self%slip_reference = from%slip_reference(pairs)
+      self%gap_reference = from%gap_reference(pairs)
+      self%friction_before = from%friction_before(pairs)
+      self%stuck_before = from%stuck_before(pairs)
+      self%impulse = from%impulse(:, pairs)
+      call self%cohesive%take(from%cohesive, pairs)
+      call sort_keys(self)
+   end subroutine take_pairs
+
+   !> What pairs know: of themselves, if they were there before, or from pairs that they lie between.
+   subroutine inherit_pairs(self, old, motion, changes)
+      class(contact_t), intent(inout) :: self
+      !> the pairs before
+      type(contact_t), intent(in) :: old
+      type(motion_t), intent(in) :: motion
+      !> what the split changed (absent at the start)
+      type(changes_t), intent(in), optional :: changes
+      integer :: p, q, i, ancestor(2)
       do p = 1, self%n_pairs
          q = old%find_pair(self%pair(1, p), self%pair(2, p))
          self%slip_reference(p) = self%slip(motion, p)
@@ -150,7 +182,7 @@ contains
             call self%cohesive%inherit(p, old%cohesive, ancestor)
          end if
       end do
-   end subroutine rebuild
+   end subroutine inherit_pairs
 
    !> The impulse of a pair that was there before. Where it lost area or its normal turned, what is left of its cohesion with
    !> the area, the same force in the directions of now: a removal balances the rest of the body by it.
@@ -197,12 +229,12 @@ contains
 
    !> Pairs across all crack segments: one for each two nodes that face each other, normals weighted by length.
    subroutine collect_pairs(self, mesh, material)
-      class(contact_t), intent(inout) :: self
+      type(contact_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(material_t), intent(in) :: material
       integer(i8), allocatable :: key(:)
-      integer, allocatable :: order(:), segment_of(:)
-      integer :: s, i, n, nodes(2, 2), p
+      integer, allocatable :: segment_of(:)
+      integer :: s, i, n, nodes(2, 2)
       allocate (key(2*mesh%n_segments), segment_of(2*mesh%n_segments))
       n = 0
       do s = 1, mesh%n_segments
@@ -214,8 +246,22 @@ contains
             segment_of(n) = s
          end do
       end do
-      allocate (order, source=sorted_order(key(:n)))
-      call reserve_pairs(self, n)
+      call self%join_ends(mesh, material, key(:n), segment_of(:n))
+   end subroutine collect_pairs
+
+   !> Pairs from open ends of segments, in the order of their keys. The sums of each pair are in the order of the ends.
+   subroutine join_ends(self, mesh, material, key, segment_of)
+      class(contact_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(material_t), intent(in) :: material
+      !> key of the pair and segment of each end
+      integer(i8), intent(in) :: key(:)
+      integer, intent(in) :: segment_of(:)
+      integer, allocatable :: order(:)
+      integer :: i, n, p
+      n = size(key)
+      allocate (order, source=sorted_order(key))
+      call self%reserve_pairs(n)
       p = 0
       do i = 1, n
          if (i == 1) then
@@ -302,7 +348,7 @@ contains
          self%cohesive%strength(:, p) = self%cohesive%strength(:, p) + area*strength
       end subroutine soften_segment
 
-   end subroutine collect_pairs
+   end subroutine join_ends
 
    pure integer(i8) function pair_key(a, b)
       integer, intent(in) :: a, b
@@ -369,18 +415,19 @@ contains
       call sort_keys(self)
    end subroutine group_pairs
 
-   !> Keys of the pairs in ascending order.
+   !> Keys of the pairs that share nodes in ascending order; those that share none stand in it themselves.
    subroutine sort_keys(self)
       class(contact_t), intent(inout) :: self
       integer :: p
       if (allocated(self%key)) deallocate (self%key)
       if (allocated(self%by_key)) deallocate (self%by_key)
-      allocate (self%key(self%n_pairs))
-      do p = 1, self%n_pairs
-         self%key(p) = pair_key(self%pair(1, p), self%pair(2, p))
+      allocate (self%key(self%n_pairs - self%n_lone))
+      do p = self%n_lone + 1, self%n_pairs
+         self%key(p - self%n_lone) = pair_key(self%pair(1, p), self%pair(2, p))
       end do
       allocate (self%by_key, source=sorted_order(self%key))
       self%key = self%key(self%by_key)
+      self%by_key = self%n_lone + self%by_key
    end subroutine sort_keys
 
    subroutine permute_pairs(self, order)
@@ -402,8 +449,8 @@ contains
       !> group of each pair; pairs of a group stand together
       integer, intent(in) :: group(:)
       integer :: p, i, c, g
-      if (allocated(self%group_pair)) deallocate (self%group_pair, self%group_node)
-      allocate (self%group_pair(self%n_pairs + 1), self%group_node(self%n_pairs + 1))
+      call grow(self%group_pair, self%n_pairs + 1)
+      call grow(self%group_node, self%n_pairs + 1)
       g = 0
       self%n_nodes = 0
       do p = 1, self%n_pairs
@@ -441,23 +488,52 @@ contains
       class(contact_t), intent(in) :: self
       integer, intent(in) :: a, b
       integer(i8) :: key
-      integer :: low, high, middle
+      integer :: low
       p = 0
       key = pair_key(a, b)
-      low = 1
-      high = self%n_pairs
-      do while (low <= high)
-         middle = (low + high)/2
-         if (self%key(middle) == key) then
-            p = self%by_key(middle)
-            return
-         else if (self%key(middle) < key) then
-            low = middle + 1
+      low = self%lone_before(key)
+      if (low > 0) then
+         if (pair_key(self%pair(1, low), self%pair(2, low)) == key) p = low
+      end if
+      if (p > 0 .or. self%n_lone == self%n_pairs) return
+      low = last_below(self%key, key)
+      if (low > 0) then
+         if (self%key(low) == key) p = self%by_key(low)
+      end if
+   end function find_pair
+
+   !> The last of the pairs that share no node whose key is not above another; 0: none.
+   pure integer function lone_before(self, key) result(low)
+      class(contact_t), intent(in) :: self
+      integer(i8), intent(in) :: key
+      integer :: high, middle
+      low = 0
+      high = self%n_lone
+      do while (low < high)
+         middle = (low + high + 1)/2
+         if (pair_key(self%pair(1, middle), self%pair(2, middle)) <= key) then
+            low = middle
          else
             high = middle - 1
          end if
       end do
-   end function find_pair
+   end function lone_before
+
+   !> The last of ascending keys that is not above another; 0: none.
+   pure integer function last_below(keys, key) result(low)
+      integer(i8), intent(in) :: keys(:), key
+      integer :: high, middle
+      low = 0
+      high = size(keys)
+      do while (low < high)
+         middle = (low + high + 1)/2
+         if (keys(middle) <= key) then
+            low = middle
+         else
+            high = middle - 1
+         end if
+      end do
+   end function last_below
 
    !> Follow new numbers of the nodes: pairs that lost one are forgotten. Then rebuild finds what is left.
    subroutine renumber(self, map)
@@ -488,6 +564,7 @@ contains
       call carry(self%pair_node, stay)
       call self%cohesive%keep(stay)
       self%n_pairs = size(stay)
+      self%n_lone = 0              ! the pairs do not stand in the order of their keys any more
       do p = 1, self%n_pairs
          if (self%pair(1, p) < self%pair(2, p)) cycle
          self%pair(:, p) = self%pair([2, 1], p)       ! gap and slip are the same seen from the other side

@@ -321,7 +321,7 @@ contains
                            loads%free_x, loads%free_y, loads%px, loads%py, motion%fx, motion%fy, motion%ux, motion%uy, &
                            motion%wx, motion%wy, motion%vx, motion%vy, contact%impulse, contact%cohesive%impulse, &
                            contact%cohesive%separation, contact%force, contact%jump, contact%kick, contact%partial)
-         call contact%sum_forces(1.0_wp)
+         if (self%n_moving > 0) call contact%sum_forces(1.0_wp)
          call contact%cohesive%release(contact%n_pairs)
       end if
       call self%drive(motion)       ! contact forms displacements anew from velocities: not to the last bit

@@ -359,7 +359,7 @@ contains
       t(5) = monotonic_time()
       call model%rows%update(model%mesh, model%material, model%changes)
       t(6) = monotonic_time()
-      call model%contact%rebuild(model%mesh, model%material, model%motion, model%changes)
+      call model%contact%follow(model%mesh, model%material, model%motion, model%changes)
       t(7) = monotonic_time()
       call model%pieces%follow(model%mesh, model%changes)
       t(8) = monotonic_time()

@@ -313,6 +313,16 @@ contains
          else if (any(differ(contact%normal(:, :n), fresh%normal(:, :n))) .or. any(differ(contact%area(:n), fresh%area(:n))) .or. &
                   any(differ(contact%friction(:n), fresh%friction(:n)))) then
             problem = 'a fresh search finds pairs with other normals, areas or friction'
+         else if (contact%n_lone /= fresh%n_lone .or. contact%n_nodes /= fresh%n_nodes .or. &
+                  any(contact%group_pair(:fresh%n_groups + 1) /= fresh%group_pair(:fresh%n_groups + 1)) .or. &
+                  any(contact%group_node(:fresh%n_groups + 1) /= fresh%group_node(:fresh%n_groups + 1)) .or. &
+                  any(contact%node(:fresh%n_nodes) /= fresh%node(:fresh%n_nodes)) .or. &
+                  any(contact%pair_node(:, :n) /= fresh%pair_node(:, :n))) then
+            problem = 'a fresh search finds other groups'
+         else if (any(differ(contact%cohesive%area(:n), fresh%cohesive%area(:n))) .or. &
+                  any(differ(contact%cohesive%energy(:, :n), fresh%cohesive%energy(:, :n))) .or. &
+                  any(differ(contact%cohesive%strength(:, :n), fresh%cohesive%strength(:, :n)))) then
+            problem = 'a fresh search finds pairs that soften otherwise'
          end if
       end associate
    end subroutine check_fresh_pairs

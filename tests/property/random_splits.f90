@@ -256,7 +256,7 @@ contains
       call body%loads%follow(body%mesh, body%material, changes, 0.5_wp, 0.5_wp)
       call body%rows%update(body%mesh, body%material, changes)
       call body%pieces%follow(body%mesh, changes)
-      call body%contact%rebuild(body%mesh, body%material, body%motion, changes)
+      call body%contact%follow(body%mesh, body%material, body%motion, changes)
       call check_invariants(body%mesh, body%baseline, problem, changes)
       if (len(problem) == 0) call check_changes(before, body%mesh, changes, problem)
       if (len(problem) == 0) call check_carried(totals, body%mesh, body%motion, changes, problem)

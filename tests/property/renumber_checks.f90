@@ -212,7 +212,8 @@ contains
          rule = 'e *'
       case ('out_of_plane_node')
          rule = '=n*'
-      case ('block_bound', 'screened', 'looked_at', 'n_screened', 'n_looked_at', 'all_screened')      ! of the last look
+      case ('block_bound', 'screened', 'looked_at', 'n_screened', 'n_looked_at', 'all_screened', &      ! of the last look
+            'shield_list', 'n_shield_list')      ! check_looks
          rule = '-'
       end select
    end function failure_rule

@@ -171,7 +171,7 @@ contains
       call self%motion%adopt(self%changes)
       call self%loads%adopt(self%changes)
       call self%material%initial%nodal_forces(self%mesh, self%material%section%thickness, self%loads%initial, self%changes)
-      call self%contact%rebuild(self%mesh, self%material, self%motion, self%changes)
+      call self%contact%follow(self%mesh, self%material, self%motion, self%changes)
       call self%rows%update(self%mesh, self%material, self%changes)
       call self%pieces%follow(self%mesh, self%changes)
    end subroutine follow
