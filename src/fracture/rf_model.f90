@@ -166,6 +166,7 @@ contains
       call self%motion%adopt(self%changes)
       call self%dynamics%adopt(self%changes)
       call self%loads%adopt(self%changes)
+      call grow(self%reaction, self%mesh%n_nodes, 2)
       call self%material%initial%nodal_forces(self%mesh, self%material%section%thickness, self%loads%initial, self%changes)
       call self%loads%follow(self%mesh, self%material, self%changes, fraction, time)
       call self%rows%update(self%mesh, self%material, self%changes)
@@ -228,7 +229,7 @@ contains
       class(model_t), intent(in) :: self
       associate (mesh => self%mesh)
          has_grown = mesh%ordering /= ordering_none .and. &
-                     mesh%n_nodes - mesh%n_deck_nodes > max(growth_least, int(growth_limit*mesh%n_deck_nodes))
+                     mesh%n_nodes - mesh%n_numbered_nodes > max(growth_least, int(growth_limit*mesh%n_numbered_nodes))
       end associate
    end function has_grown
 
@@ -238,15 +239,15 @@ contains
       class(model_t), intent(inout) :: self
       !> old numbers to new ones
       type(renumbering_t), intent(out) :: map
+      call self%watch%start()
       call plan_order(self%mesh, map)
       call renumber_mesh(self%mesh, map)
-      call grow(self%reaction, self%mesh%n_nodes, 2)      ! copies of the last split have none yet
       call self%carry_all(map, exposed=[integer ::])
       call self%changes%clear()
       call self%rows%build(self%mesh, self%material)
       call self%contact%rebuild(self%mesh, self%material, self%motion)
       call self%pieces%find(self%mesh)
-      if (checked_build) call take_baseline(self%mesh, self%baseline)
+      call self%watch%stop()
       if (checked_build) call self%check()
    end subroutine renumber
 

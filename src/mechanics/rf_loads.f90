@@ -827,7 +827,7 @@ contains
       class(loads_t), intent(inout) :: self
       type(changes_t), intent(in) :: changes
       integer :: i, n, a, b, dof
-      logical :: held
+      logical :: held, bears
       do i = 1, changes%n_nodes
          n = changes%node(i)
          a = changes%parent(1, i)
@@ -840,12 +840,13 @@ contains
             self%cx(n) = 0.5_wp*(self%cx(a) + self%cx(b))
             self%cy(n) = 0.5_wp*(self%cy(a) + self%cy(b))
          end if
-         if (self%place(a) > 0) call take_place(self, n, [0.0_wp, 0.0_wp])
+         bears = self%place(a) > 0
+         if (b > 0) bears = bears .and. changes%on_boundary(i) .and. self%place(max(1, b)) > 0
+         if (bears) call take_place(self, n, [0.0_wp, 0.0_wp])
          do dof = 1, 2
-            held = self%is_held(dof, a)
-            if (self%place(a) > 0) self%support(dof, self%place(n)) = self%support(dof, self%place(a))
+            held = bears .and. self%is_held(dof, a)
+            if (bears) self%support(dof, self%place(n)) = self%support(dof, self%place(a))
             if (b > 0) then
-               held = held .and. changes%on_boundary(i)
                if (held) held = self%is_held(dof, b)
                if (held) self%support(dof, self%place(n)) = mean_ramp(self%support(dof, self%place(a)), &
                                                                       self%support(dof, self%place(b)))
@@ -900,6 +901,7 @@ contains
          self%force(n)%node = map%node(self%force(n)%node)
       end do
       self%n_forces = n
+      self%n_touched = 0
       do d = 1, self%n_acting
          call renumber_definition(self%acting(d), map)
       end do

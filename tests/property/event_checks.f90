@@ -51,8 +51,8 @@ contains
       state%contact = model%contact
       state%forces = nodal_forces(model%mesh, model%material, model%motion)
       state%totals = take_totals(model%mesh, model%motion)
-      state%applied = [sum(model%loads%applied(1, :n)), sum(model%loads%applied(2, :n))]
-      state%applied_scale = sum(abs(model%loads%applied(:, :n)))
+      state%applied = sum(applied_forces(model%loads, n), 2)
+      state%applied_scale = sum(abs(applied_forces(model%loads, n)))
       state%held = reshape([model%loads%free_x(:n), model%loads%free_y(:n)] < 0.5_wp, [2, n], order=[2, 1])
       state%pieces = model%pieces%n
       call measure(model, state)
@@ -194,7 +194,7 @@ contains
                if (.not. wanted) cycle
                place = merge(loads%cx([parent(1), parent(2)]), loads%cy([parent(1), parent(2)]), dof == 1)
                ! where they are now is the difference of where they started and of where they go
-               scale = maxval(abs([loads%support(dof, parent)%from, loads%support(dof, parent)%to]))
+               scale = maxval(abs([loads%support(dof, loads%place(parent))%from, loads%support(dof, loads%place(parent))%to]))
                if (abs(merge(loads%cx(n), loads%cy(n), dof == 1) - 0.5_wp*sum(place)) > 4*epsilon(1.0_wp)*scale) &
                   problem = 'a new node is held at another place than its parents'
             end do
@@ -224,6 +224,18 @@ contains
       end associate
    end subroutine check_kept_pairs
 
+   !> Forces applied to the first n nodes now [force], (2, n).
+   pure function applied_forces(loads, n) result(forces)
+      type(loads_t), intent(in) :: loads
+      integer, intent(in) :: n
+      real(wp), allocatable :: forces(:, :)
+      integer :: i
+      allocate (forces(2, n))
+      do i = 1, n
+         forces(:, i) = loads%force_at(i)
+      end do
+   end function applied_forces
+
    elemental logical function differ(one, other)
       real(wp), intent(in) :: one, other
       differ = abs(one - other) > 0
@@ -237,9 +249,10 @@ contains
       real(wp) :: applied(2)
       integer :: n
       n = model%mesh%n_nodes
-      applied = [sum(model%loads%applied(1, :n)), sum(model%loads%applied(2, :n))]
+      applied = sum(applied_forces(model%loads, n), 2)
       ! pressure in a crack pushes on both faces alike, on new ones too: the sum is the same of more terms
-      if (norm2(applied - before%applied) > sum_tolerance*max(before%applied_scale, sum(abs(model%loads%applied(:, :n))))) &
+      if (norm2(applied - before%applied) > &
+          sum_tolerance*max(before%applied_scale, sum(abs(applied_forces(model%loads, n))))) &
          problem = 'the sum of the loads has changed'
    end subroutine check_load_sum
 
@@ -256,7 +269,7 @@ contains
       call loads%apply(model%mesh, model%material, 0.5_wp, 0.5_wp)
       if (any(differ(loads%px(:n), model%loads%px(:n)) .or. differ(loads%py(:n), model%loads%py(:n)))) problem = 'forces on nodes'
       if (any(differ(loads%cx(:n), model%loads%cx(:n)) .or. differ(loads%cy(:n), model%loads%cy(:n)))) problem = 'supports'
-      if (any(differ(loads%applied(:, :n), model%loads%applied(:, :n)))) problem = 'applied forces'
+      if (any(differ(applied_forces(loads, n), applied_forces(model%loads, n)))) problem = 'applied forces'
       call pieces%find(model%mesh)
       if (pieces%n /= model%pieces%n) problem = 'the number of pieces'
       if (any(pieces%of_node(:n) /= model%pieces%of_node(:n))) problem = 'pieces of nodes'
