@@ -53,6 +53,7 @@ contains
       safe = 0
       call lumped_mass(mesh, material, mass, damping)
       if (.not. minval(mass(:mesh%n_nodes)) > 0) return
+      rows%with_sums = .true.
       call rows%build(mesh, material)
       safe = safe_time_step(mesh%n_nodes, rows, mass)
    end function safe_increment

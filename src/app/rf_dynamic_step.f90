@@ -211,7 +211,7 @@ contains
       class(simulation_t), intent(inout) :: self
       associate (model => self%model)
          call reaction(model%mesh, model%contact, model%loads, model%motion, model%reaction)
-         call model%dynamics%add_moving(model%reaction)
+         call model%dynamics%add_moving(model%loads, model%reaction)
       end associate
    end subroutine find_reactions
 

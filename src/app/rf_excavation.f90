@@ -45,7 +45,7 @@ contains
       integer :: i
       associate (monitors => self%recorder%history%monitors)
          do i = 1, size(monitors)
-            if (.not. any(ieee_is_nan(monitors(i)%force(self%model%mesh, self%model%reaction)))) cycle
+            if (.not. any(ieee_is_nan(monitors(i)%force(self%model%mesh, self%model%loads, self%model%reaction)))) cycle
             call self%log%line('warning: all nodes of monitor '//monitors(i)%name//' have been removed: its columns are NaN '// &
                                'from here on')
          end do

@@ -31,15 +31,10 @@ contains
    subroutine take(self, model)
       class(snapshot_t), intent(inout) :: self
       type(model_t), intent(in) :: model
-      integer :: n
       self%ux = model%motion%ux(:model%mesh%n_nodes)
       self%uy = model%motion%uy(:model%mesh%n_nodes)
       self%largest_scale = model%relaxation%largest_scale
-      if (allocated(self%reaction)) deallocate (self%reaction)
-      allocate (self%reaction(2, model%loads%n_supported), source=0.0_wp)
-      do n = 1, model%mesh%n_nodes
-         if (model%loads%place(n) > 0) self%reaction(:, model%loads%place(n)) = model%reaction(:, n)
-      end do
+      self%reaction = model%reaction
       self%impulse = model%contact%impulse(:, :model%contact%n_pairs)
       self%cohesive = model%contact%cohesive%impulse(:, :model%contact%n_pairs)
       self%separation = model%contact%cohesive%separation(:model%contact%n_pairs)
@@ -51,16 +46,10 @@ contains
    subroutine restore(self, model)
       class(snapshot_t), intent(in) :: self
       type(model_t), intent(inout) :: model
-      integer :: n
       model%motion%ux(:size(self%ux)) = self%ux
       model%motion%uy(:size(self%uy)) = self%uy
       model%relaxation%largest_scale = self%largest_scale
-      model%reaction = 0        ! copies that are younger than the reactions have none
-      do n = 1, model%mesh%n_nodes
-         associate (place => model%loads%place(n))
-            if (place > 0 .and. place <= size(self%reaction, 2)) model%reaction(:, n) = self%reaction(:, place)
-         end associate
-      end do
+      model%reaction = self%reaction
       model%contact%impulse(:, :size(self%impulse, 2)) = self%impulse
       model%contact%cohesive%impulse(:, :size(self%cohesive, 2)) = self%cohesive
       model%contact%cohesive%separation(:size(self%separation)) = self%separation

@@ -1,7 +1,7 @@
 !> The one rule by which arrays grow: a capacity that no longer suffices becomes half as large again (at least).
 !> Arrays are stored (component, entity) and grow in their last dimension; what they held is kept.
 module rf_grow
-   use rf_kinds, only: wp, i1, i8
+   use rf_kinds, only: wp, i1
    implicit none
    private
    public :: grow, grown_capacity
@@ -11,7 +11,7 @@ module rf_grow
    !> make room for at least `needed` entities in the last dimension; a new array starts with that size exactly
    interface grow
       module procedure grow_real_1, grow_real_2, grow_integer_1, grow_integer_2, grow_small_1, grow_small_2, &
-         grow_long_2, grow_logical_1, grow_logical_2
+         grow_logical_1, grow_logical_2
    end interface grow
 
 contains
@@ -121,24 +121,6 @@ contains
       larger(:, old + 1:) = 0_i1
       call move_alloc(larger, array)
    end subroutine grow_small_2
-
-   subroutine grow_long_2(array, needed, components)
-      integer(i8), allocatable, intent(inout) :: array(:, :)
-      integer, intent(in) :: needed
-      integer, intent(in), optional :: components
-      integer(i8), allocatable :: larger(:, :)
-      integer :: old, rows
-      old = 0; rows = 1
-      if (present(components)) rows = components
-      if (allocated(array)) then
-         old = size(array, 2); rows = size(array, 1)
-         if (old >= needed) return
-      end if
-      allocate (larger(rows, grown_capacity(old, needed)))
-      if (old > 0) larger(:, :old) = array
-      larger(:, old + 1:) = 0_i8
-      call move_alloc(larger, array)
-   end subroutine grow_long_2
 
    subroutine grow_logical_1(array, needed)
       logical, allocatable, intent(inout) :: array(:)

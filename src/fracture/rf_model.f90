@@ -4,13 +4,12 @@ module rf_model
    use, intrinsic :: iso_fortran_env, only: error_unit
    use rf_kinds, only: wp
    use rf_archive, only: archive_t
-   use rf_grow, only: grow
    use rf_build, only: checked_build
    use rf_clock, only: stopwatch_t
    use rf_interruption, only: interruption_t
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t
-   use rf_renumber, only: renumbering_t, remove_from_mesh, plan_order, renumber_mesh, carry
+   use rf_renumber, only: renumbering_t, remove_from_mesh, plan_order, renumber_mesh
    use rf_ordering, only: ordering_none
    use rf_invariants, only: baseline_t, take_baseline, check_invariants
    use rf_material, only: material_t
@@ -49,7 +48,7 @@ module rf_model
       type(energy_t) :: energy
       type(dynamics_t) :: dynamics
       type(failure_t) :: failure
-      !> force of the supports on the body at the last equilibrium [force], (2, nodes)
+      !> force of the supports on the body at the last equilibrium [force], (2, supported nodes) (loads%at_support)
       real(wp), allocatable :: reaction(:, :)
       !> how often the mesh has changed
       integer :: mesh_changes = 0
@@ -81,6 +80,7 @@ contains
       call self%loads%adopt(self%changes)
       call self%material%initial%assign_lines(self%mesh, self%material%section%plane_strain)
       call self%material%initial%nodal_forces(self%mesh, self%material%section%thickness, self%loads%initial)
+      self%rows%with_sums = self%dynamics%wanted
       call self%rows%build(self%mesh, self%material)
       call self%motion%reserve(self%mesh%n_nodes)
       call self%contact%rebuild(self%mesh, self%material, self%motion)
@@ -89,7 +89,7 @@ contains
       if (self%dynamics%wanted) call self%dynamics%prepare(self%mesh%n_nodes)
       call self%dynamics%adopt(self%changes)
       call self%failure%prepare(self%mesh, self%material)
-      allocate (self%reaction(2, self%mesh%n_nodes), source=0.0_wp)
+      allocate (self%reaction(2, 0))
       if (checked_build) call take_baseline(self%mesh, self%baseline)
    end subroutine prepare
 
@@ -166,7 +166,6 @@ contains
       call self%motion%adopt(self%changes)
       call self%dynamics%adopt(self%changes)
       call self%loads%adopt(self%changes)
-      call grow(self%reaction, self%mesh%n_nodes, 2)
       call self%material%initial%nodal_forces(self%mesh, self%material%section%thickness, self%loads%initial, self%changes)
       call self%loads%follow(self%mesh, self%material, self%changes, fraction, time)
       call self%rows%update(self%mesh, self%material, self%changes)
@@ -218,7 +217,6 @@ contains
       call self%contact%renumber(map)
       call self%energy%renumber(map)
       call self%failure%renumber(map, exposed)
-      call carry(self%reaction, map%node_from)
       where (self%steep_warning_node > 0) self%steep_warning_node = map%node(max(1, self%steep_warning_node))
       if (self%slip_warning_node > 0) self%slip_warning_node = map%node(self%slip_warning_node)
    end subroutine carry_all
@@ -257,7 +255,6 @@ contains
       call self%motion%adopt(self%changes)
       call self%dynamics%adopt(self%changes)
       call self%loads%adopt(self%changes)
-      call grow(self%reaction, self%mesh%n_nodes, 2)
       call self%material%initial%nodal_forces(self%mesh, self%material%section%thickness, self%loads%initial)
       call self%loads%gather(self%mesh, self%material)
       call self%rows%build(self%mesh, self%material)

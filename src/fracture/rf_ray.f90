@@ -171,12 +171,12 @@ contains
          real(wp) :: along(2)
          k = corner_of(mesh, element, node)
          close_to = .false.
-         if (mesh%segment(k, element) > 0) then
+         if (mesh%segment_at(k, element) > 0) then
             along = mesh%x(:, mesh%connectivity(next_corner(k), element)) - mesh%x(:, node)
             close_to = dot_product(along, direction) > cos(angle)*norm2(along)
          end if
          k = previous_corner(k)
-         if (mesh%segment(k, element) > 0) then
+         if (mesh%segment_at(k, element) > 0) then
             along = mesh%x(:, mesh%connectivity(k, element)) - mesh%x(:, node)
             close_to = close_to .or. dot_product(along, direction) > cos(angle)*norm2(along)
          end if
@@ -195,7 +195,7 @@ contains
       turn = 0
       do i = 1, size(around)
          k = corner_of(mesh, around(i), node)
-         if (mesh%segment(k, around(i)) == 0) cycle
+         if (mesh%segment_at(k, around(i)) == 0) cycle
          if (.not. is_corner(mesh, mesh%neighbour(k, around(i)), node)) cycle      ! its other side has a copy of the node
          along = mesh%x(:, node) - mesh%x(:, mesh%connectivity(next_corner(k), around(i)))
          turn = 1 - dot_product(along, direction)/norm2(along)
@@ -300,7 +300,7 @@ contains
       k = corner_of(mesh, split%element, node)
       near = mesh%connectivity(merge(next_corner(k), previous_corner(k), split%corner == 1), split%element)
       if (split%corner == 2) k = previous_corner(k)
-      may_crack = mesh%neighbour(k, split%element) > 0 .and. mesh%segment(k, split%element) == 0 .and. .not. no_split_node(near)
+      may_crack = mesh%neighbour(k, split%element) > 0 .and. mesh%segment_at(k, split%element) == 0 .and. .not. no_split_node(near)
       if (may_crack) may_crack = .not. no_split_element(mesh%neighbour(k, split%element))
    end function may_crack
 
@@ -316,7 +316,7 @@ contains
       fits = may_bisect(mesh, split%element, k, limits, no_split_node, no_split_element)
       if (.not. fits) return
       far = mesh%neighbour(k, split%element)
-      if (far == 0 .or. mesh%segment(k, split%element) > 0) return
+      if (far == 0 .or. mesh%segment_at(k, split%element) > 0) return
       fits = .not. no_split_node(opposite(mesh, far, split%element))
    end function fits_one
 
@@ -332,7 +332,7 @@ contains
       split%corner = merge(1, 2, split%s <= 0.5_wp)
       near = mesh%connectivity(merge(next_corner(k), previous_corner(k), split%corner == 1), split%element)
       if (split%corner == 2) k = previous_corner(k)
-      fits = mesh%neighbour(k, split%element) > 0 .and. mesh%segment(k, split%element) == 0 .and. .not. no_split_node(near)
+      fits = mesh%neighbour(k, split%element) > 0 .and. mesh%segment_at(k, split%element) == 0 .and. .not. no_split_node(near)
       if (fits) fits = may_bisect(mesh, split%element, k, limits, no_split_node, no_split_element)
    end function fits_two
 
@@ -352,7 +352,7 @@ contains
       b = mesh%connectivity(k, i)
       c = mesh%connectivity(next_corner(k), i)
       j = mesh%neighbour(k, i)
-      if (j == 0 .or. mesh%segment(k, i) > 0) return
+      if (j == 0 .or. mesh%segment_at(k, i) > 0) return
       if (no_split_element(i) .or. no_split_element(j) .or. (no_split_node(b) .and. no_split_node(c))) return
       d = opposite(mesh, j, i)
       ! the ray passes D on one side and leaves j through the edge on the other
@@ -376,7 +376,7 @@ contains
          fits = fits .and. .not. no_split_element(p) .and. p /= i .and. &
                 good_pair(mesh%x(:, e), mesh%x(:, r), mesh%x(:, d), n, limits)
          split%second_corner = 0
-         if (mesh%segment(kp, p) == 0) then      ! else the crack ends at the one it meets
+         if (mesh%segment_at(kp, p) == 0) then      ! else the crack ends at the one it meets
             split%second_corner = merge(1, 2, (cross(split%direction, mesh%x(:, e) - n) < 0) .eqv. &
                                         (cross(split%direction, mesh%x(:, r) - n) > 0))
             o = merge(r, d, split%second_corner == 1)
@@ -390,7 +390,7 @@ contains
                fits = fits .and. q /= i .and. q /= j .and. .not. no_split_element(q)
                x(:, 1) = mesh%x(:, opposite(mesh, q, p))
                fits = fits .and. good_pair(x(:, 1), mesh%x(:, o), mesh%x(:, e), w, limits)
-               if (mesh%segment(edge_between(mesh, p, o, e), p) == 0) &
+               if (mesh%segment_at(edge_between(mesh, p, o, e), p) == 0) &
                   fits = fits .and. .not. no_split_node(opposite(mesh, q, p)) .and. opposite(mesh, q, p) /= node
             end if
          end if

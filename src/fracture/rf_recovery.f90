@@ -165,7 +165,7 @@ contains
       is_tip = .false.
       do i = 1, size(around)
          k = corner_of(mesh, around(i), node)
-         if (mesh%segment(k, around(i)) > 0) is_tip = is_tip .or. is_corner(mesh, mesh%neighbour(k, around(i)), node)
+         if (mesh%segment_at(k, around(i)) > 0) is_tip = is_tip .or. is_corner(mesh, mesh%neighbour(k, around(i)), node)
       end do
    end function is_tip
 

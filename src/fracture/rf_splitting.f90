@@ -61,7 +61,7 @@ contains
       logical :: goes_on
       k = next_corner(corner_of(mesh, split%element, split%node))
       far = mesh%neighbour(k, split%element)
-      goes_on = far > 0 .and. mesh%segment(k, split%element) == 0
+      goes_on = far > 0 .and. mesh%segment_at(k, split%element) == 0
       path = 0
       path(1) = split%node
       if (goes_on) path(3) = mesh%connectivity(previous_corner(mesh%edge_index(far, split%element)), far)
@@ -118,7 +118,7 @@ contains
       r = merge(b, c, split%corner == 1)
       call find_edge(mesh, j, r, d, k)
       p = mesh%neighbour(k, j)
-      cracked = mesh%segment(k, j)
+      cracked = mesh%segment_at(k, j)
       e = 0
       if (p > 0 .and. cracked == 0) e = far_corner(mesh, p, r, d)
       path = 0
@@ -130,7 +130,7 @@ contains
       o = merge(r, d, split%second_corner == 1)
       call locate_edge(mesh, o, e, path(3), p, k)       ! p's child that has N and the edge O-E
       q = mesh%neighbour(k, p)
-      if (mesh%segment(k, p) > 0) q = 0
+      if (mesh%segment_at(k, p) > 0) q = 0
       if (q > 0) path(5) = far_corner(mesh, q, o, e)
       call bisect_edge(mesh, p, k, changes, path(4))
       n = merge(5, 4, q > 0)

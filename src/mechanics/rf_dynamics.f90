@@ -493,13 +493,14 @@ contains
    end subroutine book_loads
 
    !> Reactions of supports that move, in the place of those that would hold the body at rest.
-   subroutine add_moving(self, reaction)
+   subroutine add_moving(self, loads, reaction)
       class(dynamics_t), intent(in) :: self
-      !> (2, nodes) [force]
+      type(loads_t), intent(in) :: loads
+      !> (2, supported nodes) [force]
       real(wp), intent(inout) :: reaction(:, :)
       integer :: k
       do k = 1, self%n_moving
-         reaction(self%moving(2, k), self%moving(1, k)) = self%moving_force(k)
+         reaction(self%moving(2, k), loads%place(self%moving(1, k))) = self%moving_force(k)
       end do
    end subroutine add_moving
 

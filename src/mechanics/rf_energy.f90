@@ -133,7 +133,7 @@ contains
       class(energy_t), intent(inout) :: self
       type(loads_t), intent(in) :: loads
       type(motion_t), intent(in) :: motion
-      !> force of the supports on the body [force], (2, nodes)
+      !> force of the supports on the body [force], (2, supported nodes)
       real(wp), intent(in) :: reaction(:, :)
       !> work against friction since the last equilibrium [force length]
       real(wp), intent(in) :: friction_work
@@ -147,7 +147,7 @@ contains
       integer :: i
       work = 0
       do i = 1, n
-         force = self%force_before(loads, i) + loads%force_at(i) + reaction(:, i)
+         force = self%force_before(loads, i) + loads%force_at(i) + loads%at_support(reaction, i)
          work = work + 0.5_wp*(force(1)*(motion%ux(i) - self%ux(i)) + force(2)*(motion%uy(i) - self%uy(i)))
       end do
       before = self%strain
@@ -170,7 +170,7 @@ contains
       class(energy_t), intent(inout) :: self
       type(loads_t), intent(in) :: loads
       type(motion_t), intent(in) :: motion
-      !> force of the supports on the body [force], (2, nodes)
+      !> force of the supports on the body [force], (2, supported nodes)
       real(wp), intent(in) :: reaction(:, :)
       !> nodes
       integer, intent(in) :: n
@@ -180,7 +180,7 @@ contains
       self%begun = .true.
       call self%take_loads(loads, n)
       do i = 1, n
-         call keep_reaction(self, loads, i, reaction(:, i))
+         call keep_reaction(self, loads, i, loads%at_support(reaction, i))
       end do
    end subroutine go_on_from
 
@@ -233,7 +233,7 @@ contains
       !> nodes whose forces have changed
       integer, intent(in) :: exposed(:)
       type(loads_t), intent(in) :: loads
-      !> force of the supports on the body [force], (2, nodes)
+      !> force of the supports on the body [force], (2, supported nodes)
       real(wp), intent(in) :: reaction(:, :)
       integer, intent(in) :: n_nodes
       integer :: i, n
@@ -244,7 +244,7 @@ contains
       call self%take_loads(loads, n_nodes)
       do i = 1, size(exposed)
          n = exposed(i)
-         call keep_reaction(self, loads, n, reaction(:, n))
+         call keep_reaction(self, loads, n, loads%at_support(reaction, n))
       end do
    end subroutine take_out
 

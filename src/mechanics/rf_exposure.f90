@@ -70,7 +70,7 @@ contains
       type(contact_t), intent(in) :: contact
       !> gathered at their present values, without these forces; gets them
       type(loads_t), intent(inout) :: loads
-      !> force of the supports on the body before [force], (2, nodes)
+      !> force of the supports on the body before [force], (2, supported nodes)
       real(wp), intent(in) :: reaction(:, :)
       !> factor of the residual in the last step's update (contact force = impulse/b)
       real(wp), intent(in) :: b
@@ -83,7 +83,7 @@ contains
       do i = 1, size(exposed)
          n = exposed(i)
          call internal_force(mesh, material, motion, n, around, f)
-         f = f - loads%force_at(n) - reaction(:, n) - pressing(:, n)
+         f = f - loads%force_at(n) - loads%at_support(reaction, n) - pressing(:, n)
          do dof = 1, 2
             call loads%add_falling(n, dof, f(dof))
          end do

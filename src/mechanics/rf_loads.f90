@@ -74,12 +74,11 @@ module rf_loads
       real(wp), allocatable :: initial(:, :)
       !> 1 where a direction is free, 0 where it is supported, (nodes)
       real(wp), allocatable :: free_x(:), free_y(:)
-      !> displacement of supported directions now [length], (nodes)
-      real(wp), allocatable :: cx(:), cy(:)
       type(amplitude_t), allocatable :: amplitudes(:)
-      !> how the directions of nodes with supports run, (2, supported nodes); place of each node among them (0: it has no
-      !> support), (nodes)
+      !> how the directions of nodes with supports run, (2, supported nodes); their displacement now [length], (2, supported
+      !> nodes); place of each node among them (0: it has no support), (nodes)
       type(ramp_t), allocatable :: support(:, :)
+      real(wp), allocatable :: displacement(:, :)
       integer, allocatable :: place(:)
       integer :: n_supported = 0
       !> ends of the boundary edge that a node is the midpoint of (0: no such node), (2, nodes); not allocated without any
@@ -102,7 +101,7 @@ module rf_loads
       integer, allocatable :: touched(:)
    contains
       procedure :: prepare, know_faces, begin_step, apply, apply_supports, apply_forces, gather, adopt, renumber, add_falling
-      procedure :: follow, is_held, forces_vary, support_at, scale, force_at, any_force
+      procedure :: follow, is_held, forces_vary, support_at, prescribed, at_support, scale, force_at, any_force
       procedure, private :: act, drop, acting_index, join, release, spread, tag_faces, new_tag, press_exposed, wake_faces
       procedure, private :: add_nodal_forces, add_pressures, add_gravity
       procedure, private :: value_at, pressure_of
@@ -159,12 +158,10 @@ contains
       call grow(self%py, n)
       call grow(self%free_x, n)
       call grow(self%free_y, n)
-      call grow(self%cx, n)
-      call grow(self%cy, n)
       call grow(self%place, n)
       if (allocated(self%applied)) call grow(self%applied, n, 2)
       if (allocated(self%ends)) call grow(self%ends, n, 2)
-      if (.not. allocated(self%support)) allocate (self%support(2, 0))
+      if (.not. allocated(self%support)) allocate (self%support(2, 0), self%displacement(2, 0))
       self%free_x(old + 1:) = 1
       self%free_y(old + 1:) = 1
    end subroutine reserve_nodes
@@ -183,6 +180,7 @@ contains
          call move_alloc(larger, self%support)
       end if
       self%n_supported = self%n_supported + 1
+      call grow(self%displacement, self%n_supported, 2)
       self%place(node) = self%n_supported
       self%support(1, self%n_supported) = held_at(displacement(1))
       self%support(2, self%n_supported) = held_at(displacement(2))
@@ -230,7 +228,7 @@ contains
       type(load_definition_t), intent(in) :: definitions(:)
       !> kinds for which the step says OP=NEW: what it does not name is dropped, (load_gravity)
       logical, intent(in) :: replaced(:)
-      !> reactions of the supports now [force], (2, nodes)
+      !> reactions of the supports now [force], (2, supported nodes)
       real(wp), intent(in) :: reaction(:, :)
       !> displacements now [length], (nodes): where a new support takes hold
       real(wp), intent(in) :: ux(:), uy(:)
@@ -238,8 +236,8 @@ contains
       do n = 1, mesh%n_nodes
          if (self%place(n) == 0) cycle
          associate (support => self%support(:, self%place(n)))
-            support(1) = going_on(support(1), self%is_held(1, n), merge(self%cx(n), ux(n), self%is_held(1, n)))
-            support(2) = going_on(support(2), self%is_held(2, n), merge(self%cy(n), uy(n), self%is_held(2, n)))
+            support(1) = going_on(support(1), self%is_held(1, n), merge(self%prescribed(1, n), ux(n), self%is_held(1, n)))
+            support(2) = going_on(support(2), self%is_held(2, n), merge(self%prescribed(2, n), uy(n), self%is_held(2, n)))
          end associate
       end do
       do i = 1, self%n_forces
@@ -281,14 +279,16 @@ contains
       type(mesh_t), intent(in) :: mesh
       type(load_definition_t), intent(in) :: definitions(:)
       real(wp), intent(in) :: reaction(:, :)
+      real(wp) :: borne(2)
       integer :: n, dof
       do n = 1, mesh%n_nodes
+         borne = self%at_support(reaction, n)
          do dof = 1, 2
             if (.not. self%is_held(dof, n)) cycle
             if (is_named(self, definitions, mesh, n, dof)) cycle
             if (dof == 1) self%free_x(n) = 1
             if (dof == 2) self%free_y(n) = 1
-            call add_force(self, nodal_force_t(n, dof, 0, ramp_t(reaction(dof, n), 0.0_wp, 0, reaction(dof, n))))
+            call add_force(self, nodal_force_t(n, dof, 0, ramp_t(borne(dof), 0.0_wp, 0, borne(dof))))
          end do
       end do
    end subroutine release
@@ -372,7 +372,7 @@ contains
       type(mesh_t), intent(in) :: mesh
       integer, intent(in) :: node
       acts_on_node = mesh%node_in_set(node, definition%set)
-      if (definition%entity > 0) acts_on_node = mesh%node_origin(node) == mesh%node_origin(definition%entity)
+      if (definition%entity > 0) acts_on_node = mesh%origin_of_node(node) == mesh%origin_of_node(definition%entity)
    end function acts_on_node
 
    !> Whether a definition means an element: by its set, or as the element it names or one cut from that.
@@ -381,7 +381,7 @@ contains
       type(mesh_t), intent(in) :: mesh
       integer, intent(in) :: element
       acts_on_element = mesh%element_in_set(element, definition%set)
-      if (definition%entity > 0) acts_on_element = mesh%element_origin(element) == mesh%element_origin(definition%entity)
+      if (definition%entity > 0) acts_on_element = mesh%origin_of_element(element) == mesh%origin_of_element(definition%entity)
    end function acts_on_element
 
    !> Let a definition act: it takes the place of those with the same target, or joins.
@@ -485,7 +485,7 @@ contains
          do e = 1, mesh%n_elements
             do k = 1, 3
                if (mesh%neighbour(k, e) /= 0) cycle
-               if (pressed(mesh%face_tag(k, e))) cycle
+               if (pressed(mesh%tag_at(k, e))) cycle
                if (has_both_ends(mesh, k, e, definition%set)) return
             end do
          end do
@@ -539,7 +539,7 @@ contains
       integer, intent(in) :: node
       type(load_definition_t), intent(in) :: definition
       force_share = 1
-      if (definition%kind == load_force) force_share = mesh%share(node)
+      if (definition%kind == load_force) force_share = mesh%share_of(node)
    end function force_share
 
    pure logical function same_target(a, b)
@@ -594,7 +594,7 @@ contains
             if (self%acting(d)%kind == load_edges) then
                if (mesh%neighbour(k, e) /= 0) cycle
                if (present(but_not)) then
-                  if (but_not(mesh%face_tag(k, e))) cycle
+                  if (but_not(mesh%tag_at(k, e))) cycle
                end if
                hit = has_both_ends(mesh, k, e, self%acting(d)%set)
             else
@@ -603,6 +603,7 @@ contains
                hit = face == self%acting(d)%first_dof .and. acts_on_element(self%acting(d), mesh, e)
             end if
             if (.not. hit) cycle
+            call mesh%keep_tags()
             mesh%face_tag(k, e) = self%new_tag(abs(mesh%face_tag(k, e)), d)
             if (mesh%neighbour(k, e) /= 0) mesh%face_tag(k, e) = -mesh%face_tag(k, e)
          end do
@@ -675,10 +676,9 @@ contains
       integer :: n, dof
       do n = 1, n_nodes
          if (self%place(n) == 0) cycle
-         if (self%is_held(1, n)) self%cx(n) = value_at(self, self%support(1, self%place(n)), fraction, time)
-         if (self%is_held(2, n)) self%cy(n) = value_at(self, self%support(2, self%place(n)), fraction, time)
          do dof = 1, 2
             associate (ramp => self%support(dof, self%place(n)))
+               if (self%is_held(dof, n)) self%displacement(dof, self%place(n)) = value_at(self, ramp, fraction, time)
                if (.not. ramp%is_velocity) cycle
                ramp%now = ramp%to
                if (ramp%amplitude > 0) ramp%now = ramp%to*self%amplitudes(ramp%amplitude)%at(time)
@@ -695,6 +695,26 @@ contains
       real(wp), intent(in) :: fraction, time
       support_at = value_at(self, self%support(dof, self%place(node)), fraction, time)
    end function support_at
+
+   !> Displacement of a supported direction now [length].
+   pure real(wp) function prescribed(self, dof, node)
+      class(loads_t), intent(in) :: self
+      integer, intent(in) :: dof, node
+      prescribed = self%displacement(dof, self%place(node))
+   end function prescribed
+
+   !> What a node has of a property of supports; zero where it has no support, or one that the property does not know yet.
+   pure function at_support(self, values, node) result(value)
+      class(loads_t), intent(in) :: self
+      !> the property, (2, supported nodes)
+      real(wp), intent(in) :: values(:, :)
+      integer, intent(in) :: node
+      real(wp) :: value(2)
+      value = 0
+      associate (place => self%place(node))
+         if (place > 0 .and. place <= size(values, 2)) value = values(:, place)
+      end associate
+   end function at_support
 
    !> Applied forces at a fraction of the step.
    subroutine apply_forces(self, mesh, material, fraction, time)
@@ -780,7 +800,7 @@ contains
       end do
       do e = 1, mesh%n_elements
          do k = 1, 3
-            t = mesh%face_tag(k, e)
+            t = mesh%tag_at(k, e)
             if (t <= 0) cycle
             ends = mesh%connectivity([k, next_corner(k)], e)
             push = face_push(mesh, material, pressure(t), e, ends)
@@ -828,21 +848,21 @@ contains
       type(changes_t), intent(in) :: changes
       integer :: i, n, a, b, dof
       logical :: held, bears
+      real(wp) :: between(2)
       do i = 1, changes%n_nodes
          n = changes%node(i)
          a = changes%parent(1, i)
          b = changes%parent(2, i)
          call reserve_nodes(self, n)
-         self%cx(n) = self%cx(a)
-         self%cy(n) = self%cy(a)
          call inherit_ends(self, n, [a, b], changes%on_boundary(i))
-         if (b > 0) then
-            self%cx(n) = 0.5_wp*(self%cx(a) + self%cx(b))
-            self%cy(n) = 0.5_wp*(self%cy(a) + self%cy(b))
-         end if
          bears = self%place(a) > 0
          if (b > 0) bears = bears .and. changes%on_boundary(i) .and. self%place(max(1, b)) > 0
-         if (bears) call take_place(self, n, [0.0_wp, 0.0_wp])
+         if (bears) then
+            call take_place(self, n, [0.0_wp, 0.0_wp])
+            between = self%displacement(:, self%place(a))
+            if (b > 0) between = 0.5_wp*(between + self%displacement(:, self%place(b)))
+            self%displacement(:, self%place(n)) = between
+         end if
          do dof = 1, 2
             held = bears .and. self%is_held(dof, a)
             if (bears) self%support(dof, self%place(n)) = self%support(dof, self%place(a))
@@ -882,8 +902,6 @@ contains
       call carry(self%initial, map%node_from)
       call carry(self%free_x, map%node_from)
       call carry(self%free_y, map%node_from)
-      call carry(self%cx, map%node_from)
-      call carry(self%cy, map%node_from)
       call carry(self%ends, map%node_from)
       call carry(self%place, map%node_from)
       do n = 1, size(self%place)                ! of nodes that are gone there may be places without a node

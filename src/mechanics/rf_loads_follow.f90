@@ -12,15 +12,16 @@ contains
       type(material_t), intent(in) :: material
       type(changes_t), intent(in) :: changes
       real(wp), intent(in) :: fraction, time
-      integer :: i, n
+      integer :: i, n, dof
       if (.not. can_follow(self, fraction, time)) then
          call self%apply(mesh, material, fraction, time)
          return
       end if
       do i = 1, changes%n_nodes
          n = changes%node(i)
-         if (self%is_held(1, n)) self%cx(n) = value_at(self, self%support(1, self%place(n)), fraction, time)
-         if (self%is_held(2, n)) self%cy(n) = value_at(self, self%support(2, self%place(n)), fraction, time)
+         do dof = 1, 2
+            if (self%is_held(dof, n)) self%displacement(dof, self%place(n)) = self%support_at(dof, n, fraction, time)
+         end do
       end do
       do i = 1, self%n_forces
          self%force(i)%ramp%now = value_at(self, self%force(i)%ramp, fraction, time)
@@ -85,10 +86,10 @@ contains
       integer :: i, k, ends(2)
       do i = 1, size(around)
          do k = 1, 3
-            if (mesh%face_tag(k, around(i)) <= 0) cycle
+            if (mesh%tag_at(k, around(i)) <= 0) cycle
             ends = mesh%connectivity([k, next_corner(k)], around(i))
             if (.not. any(ends == node)) cycle
-            push = face_push(mesh, material, pressure_of(self, mesh%face_tag(k, around(i))), around(i), ends)
+            push = face_push(mesh, material, pressure_of(self, mesh%tag_at(k, around(i))), around(i), ends)
             self%px(node) = self%px(node) + push(1)
             self%py(node) = self%py(node) + push(2)
          end do

@@ -436,7 +436,7 @@ contains
       do e = 1, mesh%n_elements
          m = material%section(mesh%section(e))%material
          if (draft(m)%scatter%kind == scatter_none) cycle
-         factor = draft(m)%scatter%factor(mesh%element_origin(e))
+         factor = draft(m)%scatter%factor(mesh%origin_of_element(e))
          if (draft(m)%scatters_strength) material%strength_factor(e) = factor
          if (draft(m)%scatters_stiffness) material%stiffness_factor(e) = factor
       end do

@@ -105,7 +105,7 @@ contains
             if (maxval(known) + 3 > size(list, 1)) call lengthen(list)
             do k = 1, 3
                next = mesh%neighbour(k, e)
-               if (next == 0 .or. mesh%segment(k, e) > 0) cycle
+               if (next == 0 .or. mesh%segment_at(k, e) > 0) cycle
                if (self%seen(next) == self%seen(e)) cycle
                joined = self%seen(next) == -self%seen(e)
                if (joined) return

@@ -196,8 +196,8 @@ contains
       do n = 1, mesh%n_nodes
          motion%vx(n) = 0
          motion%vy(n) = 0
-         if (loads%is_held(1, n)) motion%ux(n) = loads%cx(n)
-         if (loads%is_held(2, n)) motion%uy(n) = loads%cy(n)
+         if (loads%is_held(1, n)) motion%ux(n) = loads%prescribed(1, n)
+         if (loads%is_held(2, n)) motion%uy(n) = loads%prescribed(2, n)
       end do
       self%now%c = 0
       self%now%at_rest = .true.
@@ -455,23 +455,28 @@ contains
       end do
    end function summed_displacements
 
-   !> Force of the supports on the body at the present state [force], (2, nodes); zero at free directions.
+   !> Force of the supports on the body at the present state [force], (2, supported nodes); zero at free directions.
    subroutine reaction(mesh, contact, loads, motion, force)
       type(mesh_t), intent(in) :: mesh
       type(contact_t), intent(in) :: contact
       type(loads_t), intent(in) :: loads
       type(motion_t), intent(in) :: motion
       real(wp), allocatable, intent(inout) :: force(:, :)
-      integer :: n, c
-      call grow(force, mesh%n_nodes, 2)
+      integer :: n, p, c
+      call grow(force, loads%n_supported, 2)
+      force = 0
       do n = 1, mesh%n_nodes
-         force(1, n) = (1 - loads%free_x(n))*(motion%fx(n) - loads%px(n))
-         force(2, n) = (1 - loads%free_y(n))*(motion%fy(n) - loads%py(n))
+         p = loads%place(n)
+         if (p == 0) cycle
+         force(1, p) = (1 - loads%free_x(n))*(motion%fx(n) - loads%px(n))
+         force(2, p) = (1 - loads%free_y(n))*(motion%fy(n) - loads%py(n))
       end do
       do c = 1, contact%n_nodes
          n = contact%node(c)
-         force(1, n) = force(1, n) - (1 - loads%free_x(n))*contact%force(1, c)
-         force(2, n) = force(2, n) - (1 - loads%free_y(n))*contact%force(2, c)
+         p = loads%place(n)
+         if (p == 0) cycle
+         force(1, p) = force(1, p) - (1 - loads%free_x(n))*contact%force(1, c)
+         force(2, p) = force(2, p) - (1 - loads%free_y(n))*contact%force(2, c)
       end do
    end subroutine reaction
 

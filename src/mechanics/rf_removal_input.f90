@@ -106,7 +106,7 @@ contains
          do e = 1, mesh%n_elements
             if (mesh%element_in_set(e, removal%set)) gone(e) = .true.
             if (removal%entity == 0) cycle
-            if (mesh%element_origin(e) == mesh%element_origin(removal%entity)) gone(e) = .true.
+            if (mesh%origin_of_element(e) == mesh%origin_of_element(removal%entity)) gone(e) = .true.
          end do
       end associate
    end subroutine mark_removed

@@ -30,6 +30,8 @@ module rf_rows
       !> neighbour of each entry; its stiffness [force/length], (lanes, entry)
       integer, allocatable :: column(:, :)
       real(wp), allocatable :: kxx(:, :), kxy(:, :), kyx(:, :), kyy(:, :)
+      !> the row sums are kept: dynamic steps need them
+      logical :: with_sums = .false.
       !> largest of the node's two Gershgorin row sums, summed over its elements [force/length], (nodes)
       real(wp), allocatable :: row_sum(:)
       !> 1/m of the fictitious mass m that makes every node just stable for dt = 1, (nodes)
@@ -82,7 +84,7 @@ contains
       allocate (valence(mesh%n_nodes), source=0)
       do e = 1, mesh%n_elements
          do k = 1, 3
-            if (mesh%neighbour(k, e) > e .and. mesh%segment(k, e) == 0) cycle         ! counted on the other side
+            if (mesh%neighbour(k, e) > e .and. mesh%segment_at(k, e) == 0) cycle         ! counted on the other side
             associate (from => mesh%connectivity(k, e), to => mesh%connectivity(next_corner(k), e))
                valence(from) = valence(from) + 1
                valence(to) = valence(to) + 1
@@ -147,7 +149,7 @@ contains
       call grow(self%room, n)
       call grow(self%slice, n, slices + 1)
       call grow(self%order, n, block_size)
-      call grow(self%row_sum, n_nodes)
+      if (self%with_sums) call grow(self%row_sum, n_nodes)
       call grow(self%inverse_mass, n_nodes)
       do b = max(1, self%n_blocks), n
          if (b > self%n_blocks) then
@@ -180,8 +182,8 @@ contains
          call add_element(draft, slot, mesh, material, around(i), node, sums)
       end do
       call sort_row(draft, slot)
-      self%row_sum(node) = maxval(sums)
-      self%inverse_mass(node) = 1/(mass_factor*self%row_sum(node))
+      if (self%with_sums) self%row_sum(node) = maxval(sums)
+      self%inverse_mass(node) = 1/(mass_factor*maxval(sums))
    end subroutine build_row
 
    !> The rows of a block as they lie in their slices.
@@ -365,6 +367,7 @@ contains
       call archive%exchange('kxy', self%kxy)
       call archive%exchange('kyx', self%kyx)
       call archive%exchange('kyy', self%kyy)
+      call archive%exchange('with_sums', self%with_sums)
       call archive%exchange('row_sum', self%row_sum)
       call archive%exchange('inverse_mass', self%inverse_mass)
       call archive%exchange('start', self%start)

@@ -43,7 +43,7 @@ contains
       type(motion_t), intent(in) :: motion
       type(contact_t), intent(in) :: contact
       type(loads_t), intent(in) :: loads
-      !> force of the supports on the body [force], (2, nodes)
+      !> force of the supports on the body [force], (2, supported nodes)
       real(wp), intent(in) :: reaction(:, :)
       !> factor of the residual in the last step's update (contact force = impulse/b)
       real(wp), intent(in) :: b
@@ -59,15 +59,29 @@ contains
       sums = [found%force, found%moment]
       do n = 1, mesh%n_nodes
          if (.not. beyond(n)) cycle
-         f = reaction(:, n) + loads%force_at(n)
+         f = loads%at_support(reaction, n) + loads%force_at(n)
          sums = sums + [f, moment_of(f, mesh%x(:, n) - line%point)]
       end do
-      norm = norm2(reaction(:, :mesh%n_nodes))
+      norm = norm_of(reaction, mesh, loads)
       applied = loads%scale(mesh%n_nodes)
       if (norm <= no_reactions*applied) norm = applied
       norm = max(norm, floor)
       if (norm > 0) found%error = max(norm2(sums(:2))/norm, abs(sums(3))/(norm*mesh%diagonal))
    end subroutine check_section
+
+   !> Norm of the reactions, in the order of the nodes [force].
+   pure real(wp) function norm_of(reaction, mesh, loads)
+      real(wp), intent(in) :: reaction(:, :)
+      type(mesh_t), intent(in) :: mesh
+      type(loads_t), intent(in) :: loads
+      real(wp), allocatable :: force(:, :)
+      integer :: n
+      allocate (force(2, mesh%n_nodes))
+      do n = 1, mesh%n_nodes
+         force(:, n) = loads%at_support(reaction, n)
+      end do
+      norm_of = norm2(force)
+   end function norm_of
 
    pure real(wp) function moment_of(force, arm)
       real(wp), intent(in) :: force(2), arm(2)

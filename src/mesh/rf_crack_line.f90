@@ -238,7 +238,7 @@ contains
       on = .false.
       do e = 1, mesh%n_elements
          do k = 1, 3
-            if (mesh%segment(k, e) == 0) cycle
+            if (mesh%segment_at(k, e) == 0) cycle
             on(mesh%connectivity(k, e)) = .true.
             on(mesh%connectivity(next_corner(k), e)) = .true.
          end do

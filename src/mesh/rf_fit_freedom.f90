@@ -1,6 +1,6 @@
 !> How far the nodes of a mesh may be moved when it is fitted to cracks, and what that makes of the triangles.
 module rf_fit_freedom
-   use rf_kinds, only: wp, i8, pi
+   use rf_kinds, only: wp, i1, pi
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
    use rf_topology, only: elements_around, corner_of, next_corner, previous_corner
@@ -46,7 +46,7 @@ contains
       type(mesh_t), intent(in) :: mesh
       !> (nodes)
       logical, intent(in), optional :: named(:)
-      integer(i8) :: beside(size(mesh%node_membership, 1), mesh%n_nodes)
+      integer(i1) :: beside(size(mesh%node_membership, 1), mesh%n_nodes)
       integer :: tag(mesh%n_nodes)
       integer :: e, k, n, i, pair(2)
       beside = 0
@@ -60,8 +60,8 @@ contains
                   if (mesh%neighbour(k, e) /= 0) cycle
                   if (any(iand(mesh%node_membership(:, pair(i)), not(of_other)) /= 0)) call self%pin(pair(i))
                end associate
-               if (tag(pair(i)) == unknown) tag(pair(i)) = mesh%face_tag(k, e)
-               if (tag(pair(i)) /= mesh%face_tag(k, e)) call self%pin(pair(i))
+               if (tag(pair(i)) == unknown) tag(pair(i)) = mesh%tag_at(k, e)
+               if (tag(pair(i)) /= mesh%tag_at(k, e)) call self%pin(pair(i))
             end do
          end do
       end do

@@ -125,7 +125,7 @@ contains
       do e = 1, mesh%n_elements
          do k = 1, 3
             other = mesh%neighbour(k, e)
-            s = mesh%segment(k, e)
+            s = mesh%segment_at(k, e)
             if (other == 0) then
                if (s /= 0) problem = 'a crack segment on the boundary'
             else if (count(mesh%neighbour(:, other) == e) /= 1) then
@@ -134,8 +134,8 @@ contains
                back = mesh%edge_index(other, e)
                mine = mesh%connectivity([k, next_corner(k)], e)
                theirs = mesh%connectivity([next_corner(back), back], other)
-               if (mesh%face_tag(k, e) > 0) problem = 'a waking face tag inside the body'
-               if (mesh%segment(back, other) /= s) problem = 'another segment than its neighbour '//to_text(other)
+               if (mesh%tag_at(k, e) > 0) problem = 'a waking face tag inside the body'
+               if (mesh%segment_at(back, other) /= s) problem = 'another segment than its neighbour '//to_text(other)
                if (s < 0 .or. s > mesh%n_segments) problem = 'a segment that is none'
                if (s == 0 .and. any(mine /= theirs)) problem = 'an intact edge with other nodes than '//to_text(other)
                if (any(abs(mesh%x(:, mine) - mesh%x(:, theirs)) > 0)) problem = 'its ends are not those of '//to_text(other)
@@ -176,7 +176,7 @@ contains
             problem = 'element '//to_text(e)//', edge '//to_text(k)//' is the edge of '//to_text(i - first)//' elements'
          else if (i - first == 2 .and. mesh%neighbour(k, e) /= (corner(2) - 1)/3 + 1) then
             problem = 'element '//to_text(e)//', edge '//to_text(k)//' lacks its neighbour '//to_text((corner(2) - 1)/3 + 1)
-         else if (i - first == 1 .and. mesh%neighbour(k, e) /= 0 .and. mesh%segment(k, e) == 0) then
+         else if (i - first == 1 .and. mesh%neighbour(k, e) /= 0 .and. mesh%segment_at(k, e) == 0) then
             problem = 'element '//to_text(e)//', edge '//to_text(k)//' is intact but has one side only'
          end if
          if (len(problem) > 0) return
@@ -189,16 +189,17 @@ contains
       type(mesh_t), intent(in) :: mesh
       character(len=:), allocatable, intent(inout) :: problem
       integer :: s, e(2), n
-      n = count(mesh%segment(:, :mesh%n_elements) > 0)
+      n = 0
+      if (allocated(mesh%segment)) n = count(mesh%segment(:, :mesh%n_elements) > 0)
       if (n /= 2*mesh%n_segments) problem = to_text(mesh%n_segments)//' segments on '//to_text(n)//' edges'
       do s = 1, mesh%n_segments
          if (len(problem) > 0) return
          e = mesh%segment_element(:, s)
          if (any(e < 1 .or. e > mesh%n_elements) .or. e(1) == e(2)) then
             problem = 'segment '//to_text(s)//' has no two elements'
-         else if (count(mesh%segment(:, e(1)) == s) /= 1 .or. count(mesh%segment(:, e(2)) == s) /= 1) then
+         else if (count(mesh%segments_of(e(1)) == s) /= 1 .or. count(mesh%segments_of(e(2)) == s) /= 1) then
             problem = 'segment '//to_text(s)//': its elements do not name it once'
-         else if (.not. any(mesh%segment(:, e(1)) == s .and. mesh%neighbour(:, e(1)) == e(2))) then
+         else if (.not. any(mesh%segments_of(e(1)) == s .and. mesh%neighbour(:, e(1)) == e(2))) then
             problem = 'segment '//to_text(s)//' is not between its elements'
          else if ((mesh%segment_mode(s) == 0) .neqv. (mesh%segment_event(s) == 0)) then
             problem = 'segment '//to_text(s)//' has mode '//to_text(int(mesh%segment_mode(s)))//' and event '// &
@@ -266,20 +267,20 @@ contains
       integer, allocatable :: order(:)
       integer :: i, n
       real(wp) :: total
-      allocate (order, source=sorted_order(int(mesh%node_origin(:mesh%n_nodes), i8)))
+      allocate (order, source=sorted_order(int(mesh%node_origins(), i8)))
       total = 0
       do i = 1, mesh%n_nodes
          n = order(i)
-         if (mesh%node_origin(n) == no_origin) then
-            if (abs(mesh%share(n)) > 0) problem = 'node '//to_text(n)//' is no copy of a deck node and has a share'
+         if (mesh%origin_of_node(n) == no_origin) then
+            if (abs(mesh%share_of(n)) > 0) problem = 'node '//to_text(n)//' is no copy of a deck node and has a share'
             cycle
          end if
-         total = total + mesh%share(n)
+         total = total + mesh%share_of(n)
          if (i < mesh%n_nodes) then
-            if (mesh%node_origin(order(i + 1)) == mesh%node_origin(n)) cycle
+            if (mesh%origin_of_node(order(i + 1)) == mesh%origin_of_node(n)) cycle
          end if
          if (abs(total - 1) > sum_tolerance) &
-            problem = 'shares of deck node '//to_text(mesh%node_origin(n))//' sum to '//to_text(total)
+            problem = 'shares of deck node '//to_text(mesh%origin_of_node(n))//' sum to '//to_text(total)
          total = 0
       end do
    end subroutine check_shares
@@ -301,9 +302,9 @@ contains
             theirs = 3*(other - 1) + [next_corner(back), back]
             do i = 1, 2
                call unite(joined%point, mine(i), theirs(i))
-               if (mesh%segment(k, e) == 0) call unite(joined%fan, mine(i), theirs(i))
+               if (mesh%segment_at(k, e) == 0) call unite(joined%fan, mine(i), theirs(i))
             end do
-            if (mesh%segment(k, e) == 0) call unite(joined%piece, e, other)
+            if (mesh%segment_at(k, e) == 0) call unite(joined%piece, e, other)
          end do
       end do
       do i = 1, 3*mesh%n_elements      ! a root is the least of its set, so each is final when it is met
@@ -395,7 +396,7 @@ contains
          do k = 1, 3
             other = mesh%neighbour(k, e)
             rim(3*(e - 1) + k) = other == 0
-            if (mesh%segment(k, e) == 0) cycle
+            if (mesh%segment_at(k, e) == 0) cycle
             back = mesh%edge_index(other, e)
             rim(3*(e - 1) + k) = joined%fan(3*(e - 1) + k) /= joined%fan(3*(other - 1) + next_corner(back)) .or. &
                joined%fan(3*(e - 1) + next_corner(k)) /= joined%fan(3*(other - 1) + back)
@@ -446,7 +447,7 @@ contains
       end do
       do i = 1, changes%n_children
          if (mesh%section(changes%child(1, i)) /= mesh%section(changes%child(2, i)) .or. &
-             mesh%element_origin(changes%child(1, i)) /= mesh%element_origin(changes%child(2, i))) &
+             mesh%origin_of_element(changes%child(1, i)) /= mesh%origin_of_element(changes%child(2, i))) &
             problem = 'new element '//to_text(changes%child(1, i))//' is not like its parent'
       end do
       do i = 1, changes%n_elements

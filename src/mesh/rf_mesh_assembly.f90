@@ -195,6 +195,7 @@ contains
       type(mesh_t), intent(inout) :: mesh
       integer :: n, i
       n = size(kept)
+      if (allocated(mesh%share)) deallocate (mesh%share, mesh%node_origin, mesh%element_origin)
       call mesh%reserve_nodes(n)
       mesh%n_nodes = n
       mesh%n_numbered_nodes = n
@@ -203,8 +204,6 @@ contains
          mesh%node_id(i) = node_id(kept(order(i)))
          mesh%node_rank(i) = order(i)
       end do
-      mesh%node_origin(:n) = mesh%node_id(:n)
-      mesh%share(:n) = 1
    end subroutine fill_nodes
 
    !> The element arrays of the mesh.
@@ -229,7 +228,6 @@ contains
          mesh%element_id(i) = element_id(kept(order(i)))
          mesh%element_rank(i) = order(i)
       end do
-      mesh%element_origin(:n) = mesh%element_id(:n)
       mesh%split_level(:n) = 0_i1
    end subroutine fill_elements
 

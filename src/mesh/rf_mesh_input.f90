@@ -1,7 +1,7 @@
 !> Reads the mesh: `*NODE`, `*ELEMENT`, `*MESH`, `*NSET`, `*ELSET` (each in a module of its own) and the ORDERING of
 !> `*JOB`, in whatever sequence they stand. Owns what the deck calls nodes and elements; rf_mesh_assembly fills the mesh.
 module rf_mesh_input
-   use rf_kinds, only: wp, i8
+   use rf_kinds, only: wp, i1
    use rf_catalogue, only: catalogue_t
    use rf_deck, only: deck_t, card_t, in_model
    use rf_deck_rules, only: any_failed
@@ -10,13 +10,12 @@ module rf_mesh_input
    use rf_generated_input, only: read_generator
    use rf_grow, only: grow
    use rf_listed_input, only: read_nodes, read_elements
-   use rf_mesh, only: mesh_t
+   use rf_mesh, only: mesh_t, sets_in_a_word
    use rf_mesh_assembly, only: assemble, box_of, flat_elements, is_triangle, turn_clockwise, used_nodes
    use rf_ordering, only: ordering_none, ordering_hilbert, ordering_metis
    use rf_mesh_draft, only: draft_t, shown
    use rf_partition, only: partitions_available
    use rf_set_input, only: read_sets
-   use rf_sets, only: bits_of_a_word
    use rf_text, only: to_text
    implicit none
    private
@@ -240,28 +239,28 @@ contains
       !> nodes or elements in the mesh
       integer, intent(in) :: n
       !> of the mesh, (words, n)
-      integer(i8), allocatable, intent(inout) :: bits(:, :)
+      integer(i1), allocatable, intent(inout) :: bits(:, :)
       !> errors and notes
       type(diagnostics_t), intent(inout) :: diagnostics
-      integer(i8), allocatable :: entry_bits(:, :)
-      integer(i8) :: rest
+      integer(i1), allocatable :: entry_bits(:, :)
+      integer(i1) :: rest
       logical, allocatable :: within(:, :)
       integer :: entry, word, bit, set
       call catalogue%sets%close_table(within, diagnostics)
       allocate (entry_bits, source=catalogue%sets%membership(within, catalogue%ids%n))
       if (allocated(bits)) deallocate (bits)
       allocate (bits(size(entry_bits, 1), n), catalogue%n_members(catalogue%sets%n))
-      bits = 0_i8
+      bits = 0_i1
       catalogue%n_members = 0
       do entry = 1, catalogue%ids%n
          if (catalogue%place(entry) == 0) cycle
          bits(:, catalogue%place(entry)) = entry_bits(:, entry)
          do word = 1, size(bits, 1)
             rest = entry_bits(word, entry)
-            do while (rest /= 0_i8)
+            do while (rest /= 0_i1)
                bit = trailz(rest)
                rest = ibclr(rest, bit)
-               set = (word - 1)*bits_of_a_word + bit + 1
+               set = (word - 1)*sets_in_a_word + bit + 1
                catalogue%n_members(set) = catalogue%n_members(set) + 1
             end do
          end do

@@ -28,7 +28,7 @@ module rf_renumber
 
    !> Put the entities of an array (last dimension) into their new order; an array that is not allocated stays so.
    interface carry
-      module procedure carry_real_1, carry_real_2, carry_integer_1, carry_integer_2, carry_small_1, carry_long_2, carry_logical_1
+      module procedure carry_real_1, carry_real_2, carry_integer_1, carry_integer_2, carry_small_1, carry_small_2, carry_logical_1
    end interface carry
 
 contains
@@ -53,8 +53,8 @@ contains
       call number(node_stays, map%n_nodes, map%node, map%node_from)
       call number(.not. gone(:mesh%n_elements), map%n_elements, map%element, map%element_from)
       call number(segment_stays, map%n_segments, map%segment, map%segment_from)
-      call find_deputies(mesh%node_origin(:mesh%n_nodes), mesh%node_rank(:mesh%n_nodes), map%node, map%node_deputy)
-      call find_deputies(mesh%element_origin(:mesh%n_elements), mesh%element_rank(:mesh%n_elements), map%element, &
+      call find_deputies(mesh%node_origins(), mesh%node_rank(:mesh%n_nodes), map%node, map%node_deputy)
+      call find_deputies(mesh%element_origins(), mesh%element_rank(:mesh%n_elements), map%element, &
                          map%element_deputy)
    end subroutine plan_removal
 
@@ -161,7 +161,7 @@ contains
       do e = 1, mesh%n_elements
          call translate(mesh%connectivity(:, e), map%node)
          call translate(mesh%neighbour(:, e), map%element)
-         call translate(mesh%segment(:, e), map%segment)
+         if (allocated(mesh%segment)) call translate(mesh%segment(:, e), map%segment)
       end do
       do e = 1, mesh%n_segments
          call translate(mesh%segment_element(:, e), map%element)
@@ -171,7 +171,7 @@ contains
       end do
       call close_gaps(mesh%node_rank)
       call close_gaps(mesh%element_rank)
-      if (any(map%node == 0)) call share_anew(mesh)
+      if (any(map%node == 0) .and. allocated(mesh%share)) call share_anew(mesh)
    end subroutine renumber_mesh
 
    !> Numbers become new ones; 0 stays 0.
@@ -257,7 +257,7 @@ contains
          if (.not. gone(e)) cycle
          is_touched(mesh%connectivity(:, e)) = .true.
          do k = 1, 3
-            if (mesh%segment(k, e) > 0) is_touched(mesh%connectivity(:, mesh%neighbour(k, e))) = .true.
+            if (mesh%segment_at(k, e) > 0) is_touched(mesh%connectivity(:, mesh%neighbour(k, e))) = .true.
          end do
       end do
       is_touched = is_touched .and. map%node > 0
@@ -319,11 +319,11 @@ contains
       if (allocated(array)) array = array(from)
    end subroutine carry_small_1
 
-   subroutine carry_long_2(array, from)
-      integer(i8), allocatable, intent(inout) :: array(:, :)
+   subroutine carry_small_2(array, from)
+      integer(i1), allocatable, intent(inout) :: array(:, :)
       integer, intent(in) :: from(:)
       if (allocated(array)) array = array(:, from)
-   end subroutine carry_long_2
+   end subroutine carry_small_2
 
    subroutine carry_logical_1(array, from)
       logical, allocatable, intent(inout) :: array(:)

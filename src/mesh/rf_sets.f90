@@ -2,16 +2,14 @@
 !> place of a node or element in the deck), as runs of entries, or as the name of another set, which may be defined
 !> later; close_table resolves those. The result is one bit per set and entry.
 module rf_sets
-   use rf_kinds, only: wp, i8
+   use rf_kinds, only: wp, i1
    use rf_grow, only: grow
    use rf_text, only: text_t, add_text, did_you_mean, same_text
    use rf_diagnostics, only: place_t, diagnostics_t
+   use rf_mesh, only: sets_in_a_word
    implicit none
    private
-   public :: set_table_t, in_box, in_ring, nearest_point, bits_of_a_word
-
-   !> sets whose membership one integer holds (rf_mesh)
-   integer, parameter :: bits_of_a_word = 64
+   public :: set_table_t, in_box, in_ring, nearest_point
 
    type :: set_table_t
       !> 'node' or 'element', for messages
@@ -141,24 +139,24 @@ contains
       end do
    end subroutine close_table
 
-   !> The bits of all sets: bit mod(s - 1, 64) of word (s - 1)/64 + 1 says whether an entry belongs to set s.
+   !> The bits of all sets: bit mod(s - 1, 8) of word (s - 1)/8 + 1 says whether an entry belongs to set s.
    pure function membership(self, within, n_entries) result(bits)
       class(set_table_t), intent(in) :: self
       !> of close_table
       logical, intent(in) :: within(:, :)
       !> nodes or elements of the deck
       integer, intent(in) :: n_entries
-      integer(i8), allocatable :: bits(:, :)
-      integer(i8) :: sets_of(max(1, (self%n + bits_of_a_word - 1)/bits_of_a_word))
+      integer(i1), allocatable :: bits(:, :)
+      integer(i1) :: sets_of(max(1, (self%n + sets_in_a_word - 1)/sets_in_a_word))
       integer :: i, set, entry
       allocate (bits(size(sets_of), n_entries))
-      bits = 0_i8
+      bits = 0_i1
       do i = 1, self%n_runs
-         sets_of = 0_i8
+         sets_of = 0_i1
          do set = 1, self%n
             if (.not. within(self%run(1, i), set)) cycle
-            associate (word => sets_of((set - 1)/bits_of_a_word + 1))
-               word = ibset(word, mod(set - 1, bits_of_a_word))
+            associate (word => sets_of((set - 1)/sets_in_a_word + 1))
+               word = ibset(word, mod(set - 1, sets_in_a_word))
             end associate
          end do
          do entry = self%run(2, i), self%run(3, i)

@@ -134,13 +134,13 @@ contains
       integer :: node(2, 2)
       integer :: e(2), k(2)
       e = mesh%segment_element(:, segment)
-      k(1) = maxloc(merge(1, 0, mesh%segment(:, e(1)) == segment), 1)
-      k(2) = maxloc(merge(1, 0, mesh%segment(:, e(2)) == segment), 1)
+      k(1) = maxloc(merge(1, 0, mesh%segments_of(e(1)) == segment), 1)
+      k(2) = maxloc(merge(1, 0, mesh%segments_of(e(2)) == segment), 1)
       node(:, 1) = mesh%connectivity([k(1), next_corner(k(1))], e(1))
       node(:, 2) = mesh%connectivity([next_corner(k(2)), k(2)], e(2))
    end function side_nodes
 
-   !> Fill neighbour, segment, face_tag, element_of and hinge of a mesh that has nodes and connectivity only.
+   !> Fill neighbour, element_of and hinge of a mesh that has nodes and connectivity only: nothing is cracked or pressed.
    !> An edge of more than two elements, or of two that lie on the same side of it, is reported with both elements.
    subroutine build_topology(mesh, status, offenders)
       type(mesh_t), intent(inout) :: mesh
@@ -155,8 +155,8 @@ contains
       offenders = 0
       call list_corners(mesh, first, corner_list)
       mesh%neighbour(:, :mesh%n_elements) = 0
-      mesh%segment(:, :mesh%n_elements) = 0
-      mesh%face_tag(:, :mesh%n_elements) = 0
+      if (allocated(mesh%segment)) deallocate (mesh%segment)
+      if (allocated(mesh%face_tag)) deallocate (mesh%face_tag)
       do e = 1, mesh%n_elements
          do k = 1, 3
             call match_edge(e, k)
@@ -350,7 +350,7 @@ contains
       logical :: on_boundary
 
       other = mesh%neighbour(edge, element)
-      segment = mesh%segment(edge, element)
+      segment = mesh%segment_at(edge, element)
       on_boundary = other == 0
       call new_midpoint(mesh, element, edge, on_boundary, changes, midpoint, position)
       if (other == 0) then
@@ -395,6 +395,7 @@ contains
       type(mesh_t), intent(inout) :: mesh
       integer, intent(out) :: node
       node = mesh%n_nodes + 1
+      call mesh%keep_copies()
       call mesh%reserve_nodes(node)
       mesh%n_nodes = node
       mesh%last_node_id = mesh%last_node_id + 1
@@ -423,13 +424,17 @@ contains
 
       across = mesh%neighbour(second, element)        ! b - c now belongs to the child
       if (across > 0) mesh%neighbour(mesh%edge_index(across, element), across) = child
-      call move_segment(mesh, mesh%segment(second, element), element, child)
+      call move_segment(mesh, mesh%segment_at(second, element), element, child)
       mesh%neighbour(second, element) = child
-      mesh%segment(second, element) = 0
-      mesh%face_tag(second, element) = 0
       mesh%neighbour(third, child) = element
-      mesh%segment(third, child) = 0
-      mesh%face_tag(third, child) = 0
+      if (allocated(mesh%segment)) then
+         mesh%segment(second, element) = 0
+         mesh%segment(third, child) = 0
+      end if
+      if (allocated(mesh%face_tag)) then
+         mesh%face_tag(second, element) = 0
+         mesh%face_tag(third, child) = 0
+      end if
       call changes%add_child(child, element)
    end subroutine cut_triangle
 
@@ -439,13 +444,14 @@ contains
       integer, intent(in) :: parent
       integer, intent(out) :: child
       child = mesh%n_elements + 1
+      call mesh%keep_copies()
       call mesh%reserve_elements(child)
       mesh%n_elements = child
       mesh%split_level(parent) = mesh%split_level(parent) + 1_i1
       mesh%connectivity(:, child) = mesh%connectivity(:, parent)
       mesh%neighbour(:, child) = mesh%neighbour(:, parent)
-      mesh%segment(:, child) = mesh%segment(:, parent)
-      mesh%face_tag(:, child) = mesh%face_tag(:, parent)
+      if (allocated(mesh%segment)) mesh%segment(:, child) = mesh%segment(:, parent)
+      if (allocated(mesh%face_tag)) mesh%face_tag(:, child) = mesh%face_tag(:, parent)
       mesh%element_origin(child) = mesh%element_origin(parent)
       mesh%section(child) = mesh%section(parent)
       mesh%split_level(child) = mesh%split_level(parent)
@@ -511,11 +517,12 @@ contains
       integer, intent(in), optional :: crack
       integer :: other, k, segment, number
       other = mesh%neighbour(edge, element)
-      if (other == 0 .or. mesh%segment(edge, element) > 0) return
+      if (other == 0 .or. mesh%segment_at(edge, element) > 0) return
       k = mesh%edge_index(other, element)
       number = 0
       if (present(crack)) number = crack
       call append_segment(mesh, mode, event, number, segment)
+      call mesh%keep_segments()
       mesh%segment(edge, element) = segment
       mesh%segment(k, other) = segment
       mesh%segment_element(:, segment) = [min(element, other), max(element, other)]
@@ -554,6 +561,7 @@ contains
       around = around(sorted_order(int(mesh%element_rank(around), i8)))
       call group_fans(mesh, node, around, fan, n_copies)
       if (n_copies == 1) return
+      call mesh%keep_copies()
       mesh%share(node) = mesh%share(node)/n_copies
       mesh%element_of(node) = around(1)
       do f = 2, n_copies
@@ -603,7 +611,7 @@ contains
          e = first
          do
             fan(findloc_first(around, e)) = n_fans
-            if (mesh%segment(side(corner_of(mesh, e, node)), e) > 0) exit
+            if (mesh%segment_at(side(corner_of(mesh, e, node)), e) > 0) exit
             e = turn(mesh, e, node, side)
             if (e == 0 .or. e == first) exit
          end do

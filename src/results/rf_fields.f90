@@ -105,9 +105,10 @@ contains
       type(model_t), intent(in) :: model
       real(wp), intent(inout) :: values(:, :)
       integer :: n
-      n = model%mesh%n_nodes
-      values(1:2, :n) = model%reaction(:, :n)
-      values(3, :n) = 0
+      do n = 1, model%mesh%n_nodes
+         values(1:2, n) = model%loads%at_support(model%reaction, n)
+         values(3, n) = 0
+      end do
    end subroutine fill_reaction
 
    !> Stress out of the plane follows from those in it. Under an initial stress, what that adds is recovered at the node as the
@@ -180,7 +181,7 @@ contains
    subroutine fill_node_origin(model, values)
       type(model_t), intent(in) :: model
       real(wp), intent(inout) :: values(:, :)
-      values(1, :model%mesh%n_nodes) = model%mesh%node_origin(:model%mesh%n_nodes)
+      values(1, :model%mesh%n_nodes) = model%mesh%node_origins()
    end subroutine fill_node_origin
 
    subroutine fill_element_stress(model, values)
@@ -210,7 +211,7 @@ contains
    subroutine fill_element_origin(model, values)
       type(model_t), intent(in) :: model
       real(wp), intent(inout) :: values(:, :)
-      values(1, :model%mesh%n_elements) = model%mesh%element_origin(:model%mesh%n_elements)
+      values(1, :model%mesh%n_elements) = model%mesh%element_origins()
    end subroutine fill_element_origin
 
    subroutine fill_split_level(model, values)

@@ -249,7 +249,7 @@ contains
          self%figures%energy_error = max(self%figures%energy_error, abs(model%energy%error()))
       if (size(self%monitors) == 0) return
       self%figures%u = self%monitors(1)%displacement(model%mesh, model%motion)
-      self%figures%force = self%monitors(1)%force(model%mesh, model%reaction)
+      self%figures%force = self%monitors(1)%force(model%mesh, model%loads, model%reaction)
    end subroutine look
 
    subroutine put_counts(self, model, position)
@@ -303,7 +303,7 @@ contains
       integer :: i
       do i = 1, size(self%monitors)
          u = self%monitors(i)%displacement(model%mesh, model%motion)
-         f = self%monitors(i)%force(model%mesh, model%reaction)
+         f = self%monitors(i)%force(model%mesh, model%loads, model%reaction)
          call self%history%put(u(1))
          call self%history%put(u(2))
          call self%history%put(f(1))
@@ -338,7 +338,7 @@ contains
       integer :: i
       if (self%n_pending == 0) then
          do i = 1, size(self%monitors)
-            self%before(:, i) = self%monitors(i)%force(model%mesh, model%reaction)
+            self%before(:, i) = self%monitors(i)%force(model%mesh, model%loads, model%reaction)
          end do
       end if
       call reserve_pending(self)

@@ -3,6 +3,7 @@ module rf_monitor
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use rf_kinds, only: wp
    use rf_mesh, only: mesh_t
+   use rf_loads, only: loads_t
    use rf_motion, only: motion_t
    implicit none
    private
@@ -30,8 +31,8 @@ contains
       total = 0
       do n = 1, mesh%n_nodes
          if (.not. mesh%node_in_set(n, self%set)) cycle
-         total = total + mesh%share(n)
-         mean = mean + mesh%share(n)*[motion%ux(n), motion%uy(n)]
+         total = total + mesh%share_of(n)
+         mean = mean + mesh%share_of(n)*[motion%ux(n), motion%uy(n)]
       end do
       if (total > 0) then
          mean = mean/total
@@ -41,10 +42,11 @@ contains
    end function displacement
 
    !> Sum of the reactions [force]. NaN if all nodes were removed.
-   function force(self, mesh, reaction) result(total)
+   function force(self, mesh, loads, reaction) result(total)
       class(monitor_t), intent(in) :: self
       type(mesh_t), intent(in) :: mesh
-      !> force of the supports on the body [force], (2, nodes)
+      type(loads_t), intent(in) :: loads
+      !> force of the supports on the body [force], (2, supported nodes)
       real(wp), intent(in) :: reaction(:, :)
       real(wp) :: total(2)
       integer :: n
@@ -54,7 +56,7 @@ contains
       do n = 1, mesh%n_nodes
          if (.not. mesh%node_in_set(n, self%set)) cycle
          found = .true.
-         total = total + reaction(:, n)
+         total = total + loads%at_support(reaction, n)
       end do
       if (.not. found) total = ieee_value(total, ieee_quiet_nan)
    end function force

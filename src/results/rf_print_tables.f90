@@ -152,7 +152,9 @@ contains
          if (allocated(error)) return
       end if
       if (.not. request%reactions) return
-      values = model%reaction(:, members)
+      do i = 1, n
+         values(:, i) = model%loads%at_support(model%reaction, members(i))
+      end do
       if (request%nodes) &
          call self%file%node_table(dat_forces, request%set_name, position%time, model%mesh%node_id(members), values, error)
       if (request%totals .and. .not. allocated(error)) &

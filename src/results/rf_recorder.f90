@@ -356,7 +356,7 @@ contains
       do i = 1, size(self%history%monitors)
          if (self%history%monitors(i)%name == trim(name)) m = i
       end do
-      force = self%history%monitors(m)%force(model%mesh, model%reaction)
+      force = self%history%monitors(m)%force(model%mesh, model%loads, model%reaction)
    end function monitor_reaction
 
    !> Write what is owed of the last state, unless the run goes on later, the end of the provenance, and close all files.

@@ -1,7 +1,7 @@
 !> The bodies that the benchmark measures: beams of near-equilateral triangles, four times as long as high, held at their
 !> left end and pulled at their right one, made without a deck.
 module bench_body
-   use rf_kinds, only: wp, i1, i8, degree
+   use rf_kinds, only: wp, i1, degree
    use rf_random, only: uniform
    use rf_mesh, only: mesh_t
    use rf_generate, only: generate, side_left, side_right
@@ -106,8 +106,8 @@ contains
          mesh%last_node_id = raw%n_nodes
          mesh%last_element_id = raw%n_elements
          do i = 1, raw%n_nodes
-            if (btest(sides(i), side_left)) mesh%node_membership(1, node_place(i)) = ibset(0_i8, set_left - 1)
-            if (btest(sides(i), side_right)) mesh%node_membership(1, node_place(i)) = ibset(0_i8, set_right - 1)
+            if (btest(sides(i), side_left)) mesh%node_membership(1, node_place(i)) = ibset(0_i1, set_left - 1)
+            if (btest(sides(i), side_right)) mesh%node_membership(1, node_place(i)) = ibset(0_i1, set_right - 1)
          end do
          call build_topology(mesh, status, offenders)
       end associate

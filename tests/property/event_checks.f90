@@ -1,7 +1,7 @@
 !> What must hold after every event beyond the invariants of the mesh: all that is attached to the body is what it would be
 !> if it were made anew, or what it was before, shared out.
 module event_checks
-   use rf_kinds, only: wp, i8
+   use rf_kinds, only: wp, i1
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t, next_corner, side_nodes
    use rf_contact, only: contact_t
@@ -65,8 +65,8 @@ contains
       integer :: e, k, s, set, nodes(2, 2)
       real(wp) :: length
       allocate (state%set_area(n_element_sets), state%section_area(size(model%material%section)), &
-                state%origin_area(maxval(model%mesh%element_origin(:model%mesh%n_elements))), state%set_boundary(n_node_sets), &
-                state%face_length(0:max(0, maxval(model%mesh%face_tag(:, :model%mesh%n_elements)))), &
+                state%origin_area(maxval(model%mesh%element_origins())), state%set_boundary(n_node_sets), &
+                state%face_length(0:model%loads%n_tags), &
                 state%event_length(0:model%events), source=0.0_wp)
       associate (mesh => model%mesh)
          do e = 1, mesh%n_elements
@@ -74,7 +74,7 @@ contains
                if (mesh%element_in_set(e, set)) state%set_area(set) = state%set_area(set) + mesh%area(e)
             end do
             state%section_area(mesh%section(e)) = state%section_area(mesh%section(e)) + mesh%area(e)
-            state%origin_area(mesh%element_origin(e)) = state%origin_area(mesh%element_origin(e)) + mesh%area(e)
+            state%origin_area(mesh%origin_of_element(e)) = state%origin_area(mesh%origin_of_element(e)) + mesh%area(e)
             do k = 1, 3
                if (mesh%neighbour(k, e) /= 0) cycle
                associate (a => mesh%connectivity(k, e), b => mesh%connectivity(next_corner(k), e))
@@ -84,7 +84,7 @@ contains
                         state%set_boundary(set) = state%set_boundary(set) + length
                   end do
                end associate
-               set = max(0, mesh%face_tag(k, e))
+               set = max(0, mesh%tag_at(k, e))
                state%face_length(set) = state%face_length(set) + length
             end do
          end do
@@ -159,7 +159,7 @@ contains
    subroutine check_members(model, problem)
       type(model_t), intent(in) :: model
       character(len=:), allocatable, intent(inout) :: problem
-      integer(i8) :: wanted
+      integer(i1) :: wanted
       integer :: i, n
       associate (changes => model%changes, member => model%mesh%node_membership)
          do i = 1, changes%n_nodes
@@ -192,10 +192,10 @@ contains
                         (changes%parent(2, i) == 0 .or. changes%on_boundary(i))
                if (loads%is_held(dof, n) .neqv. wanted) problem = 'a new node is held where its parents are not, or not held'
                if (.not. wanted) cycle
-               place = merge(loads%cx([parent(1), parent(2)]), loads%cy([parent(1), parent(2)]), dof == 1)
+               place = [loads%prescribed(dof, parent(1)), loads%prescribed(dof, parent(2))]
                ! where they are now is the difference of where they started and of where they go
                scale = maxval(abs([loads%support(dof, loads%place(parent))%from, loads%support(dof, loads%place(parent))%to]))
-               if (abs(merge(loads%cx(n), loads%cy(n), dof == 1) - 0.5_wp*sum(place)) > 4*epsilon(1.0_wp)*scale) &
+               if (abs(loads%prescribed(dof, n) - 0.5_wp*sum(place)) > 4*epsilon(1.0_wp)*scale) &
                   problem = 'a new node is held at another place than its parents'
             end do
          end do
@@ -263,18 +263,20 @@ contains
       type(loads_t) :: loads
       type(rows_t) :: rows
       type(pieces_t) :: pieces
-      integer :: n
+      integer :: n, i
       n = model%mesh%n_nodes
       loads = model%loads
       call loads%apply(model%mesh, model%material, 0.5_wp, 0.5_wp)
       if (any(differ(loads%px(:n), model%loads%px(:n)) .or. differ(loads%py(:n), model%loads%py(:n)))) problem = 'forces on nodes'
-      if (any(differ(loads%cx(:n), model%loads%cx(:n)) .or. differ(loads%cy(:n), model%loads%cy(:n)))) problem = 'supports'
+      do i = 1, n
+         if (any(differ(loads%at_support(loads%displacement, i), model%loads%at_support(model%loads%displacement, i)))) &
+            problem = 'supports'
+      end do
       if (any(differ(applied_forces(loads, n), applied_forces(model%loads, n)))) problem = 'applied forces'
       call pieces%find(model%mesh)
       if (pieces%n /= model%pieces%n) problem = 'the number of pieces'
       if (any(pieces%of_node(:n) /= model%pieces%of_node(:n))) problem = 'pieces of nodes'
       call rows%build(model%mesh, model%material)
-      if (any(differ(rows%row_sum(:n), model%rows%row_sum(:n)))) problem = 'sums of the rows'
       if (any(differ(rows%inverse_mass(:n), model%rows%inverse_mass(:n)))) problem = 'masses'
       if (any(differ(forces_of(rows, model), forces_of(model%rows, model)))) problem = 'rows'
       if (len(problem) > 0) problem = problem//' did not follow'

@@ -4,7 +4,7 @@
 !> A number drawn depends on the seed, the attempt it is drawn for and how many were drawn for it before, not on what other
 !> attempts did: a sequence of events from which some are left out still draws the same numbers for the others.
 module random_body
-   use rf_kinds, only: wp, pi, degree, i8
+   use rf_kinds, only: wp, pi, degree, i1
    use rf_random, only: uniform
    use rf_mesh, only: mesh_t
    use rf_generate, only: generate
@@ -250,7 +250,7 @@ contains
          end do
       end do
       do i = 1, mesh%n_elements
-         mesh%element_membership(1, i) = merge(3_i8, 1_i8, draws%chance(0.5_wp))
+         mesh%element_membership(1, i) = merge(3_i1, 1_i1, draws%chance(0.5_wp))
       end do
    end subroutine make_sets
 

@@ -304,7 +304,7 @@ contains
          call law%directions(stress, tan(30*degree), int(mode, kind(mode_tension)), ray, n_rays)
          allocate (utilisation(model%mesh%n_elements))
          do e = 1, model%mesh%n_elements
-            utilisation(e) = uniform(draws%seed, model%mesh%element_origin(e), draws%attempt + 1)
+            utilisation(e) = uniform(draws%seed, model%mesh%origin_of_element(e), draws%attempt + 1)
          end do
          call choose_split(model%mesh, node, ray(:, :n_rays), sequence%limits, utilisation, model%failure%no_split_node, &
                            model%failure%no_split_element, split)

@@ -288,15 +288,16 @@ contains
       loads = body%loads
       call loads%apply(body%mesh, body%material, 0.5_wp, 0.5_wp)
       if (any(differ(loads%px(:n), body%loads%px(:n)) .or. differ(loads%py(:n), body%loads%py(:n)))) problem = 'forces on nodes'
-      if (any(differ(loads%cx(:n), body%loads%cx(:n)) .or. differ(loads%cy(:n), body%loads%cy(:n)))) problem = 'supports'
       do i = 1, n
+         if (any(differ(loads%at_support(loads%displacement, i), body%loads%at_support(body%loads%displacement, i)))) &
+            problem = 'supports'
          if (any(differ(loads%force_at(i), body%loads%force_at(i)))) problem = 'applied forces'
       end do
       call pieces%find(body%mesh)
       if (pieces%n /= body%pieces%n) problem = 'the number of pieces'
       if (any(pieces%of_node(:n) /= body%pieces%of_node(:n))) problem = 'pieces of nodes'
       call rows%build(body%mesh, body%material)
-      if (any(differ(rows%row_sum(:n), body%rows%row_sum(:n)))) problem = 'sums of the rows'
+      if (any(differ(rows%inverse_mass(:n), body%rows%inverse_mass(:n)))) problem = 'masses'
       if (any(differ(forces_of(rows, body), forces_of(body%rows, body)))) problem = 'rows'
       if (len(problem) > 0) problem = problem//' did not follow'
    end subroutine check_followed

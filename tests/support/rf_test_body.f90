@@ -1,7 +1,7 @@
 !> A body for tests: mesh, material, rows, contact, loads and relaxation of a rectangle, made from plain arguments, and
 !> what a test does with it: cut it along mesh edges, bisect edges, load it in steps, relax it, solve it directly.
 module rf_test_body
-   use rf_kinds, only: wp, i1, i8
+   use rf_kinds, only: wp, i1
    use rf_generate, only: generate
    use rf_mesh, only: mesh_t
    use rf_ordering, only: ordering_hilbert
@@ -117,14 +117,15 @@ contains
          mesh%section(:mesh%n_elements) = 1
          mesh%last_node_id = raw%n_nodes
          mesh%last_element_id = raw%n_elements
-         mesh%element_membership(1, :mesh%n_elements) = 1_i8
+         mesh%element_membership(1, :mesh%n_elements) = 1_i1
          do i = 1, raw%n_nodes
-            mesh%node_membership(1, node_place(i)) = sides(i)
+            mesh%node_membership(1, node_place(i)) = int(sides(i), i1)
          end do
          call build_topology(mesh, status, offenders)
       end associate
       self%material%section = [of]
       call self%material%prepare(self%mesh%n_elements)
+      self%rows%with_sums = .true.
       call self%rows%build(self%mesh, self%material)
       call self%motion%reserve(self%mesh%n_nodes)
       call self%loads%prepare(self%mesh%n_nodes)
@@ -296,11 +297,13 @@ contains
       class(body_t), intent(in) :: self
       integer, intent(in) :: set, dof
       real(wp), allocatable :: force(:, :)
+      real(wp) :: at_node(2)
       integer :: n
       call reaction(self%mesh, self%contact, self%loads, self%motion, force)
       total = 0
       do n = 1, self%mesh%n_nodes
-         if (self%mesh%node_in_set(n, set)) total = total + force(dof, n)
+         at_node = self%loads%at_support(force, n)
+         if (self%mesh%node_in_set(n, set)) total = total + at_node(dof)
       end do
    end function total_reaction
 
@@ -362,7 +365,7 @@ contains
          do dof = 1, 2
             if (.not. self%loads%is_held(dof, n)) cycle
             i = 2*n - 2 + dof
-            call hold_unknown(k, right, i, merge(self%loads%cx(n), self%loads%cy(n), dof == 1))
+            call hold_unknown(k, right, i, self%loads%prescribed(dof, n))
          end do
       end do
       call solve_cholesky(k, right)

@@ -322,7 +322,7 @@ contains
       do e = 1, mesh%n_elements
          do k = 1, 3
             other = mesh%neighbour(k, e)
-            if (mesh%segment(k, e) == 0 .or. other < e) cycle
+            if (mesh%segment_at(k, e) == 0 .or. other < e) cycle
             back = mesh%edge_index(other, e)
             mine = mesh%connectivity([k, mod(k, 3) + 1], e)
             theirs = mesh%connectivity([mod(back, 3) + 1, back], other)
