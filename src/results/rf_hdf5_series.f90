@@ -10,7 +10,8 @@ module rf_hdf5_series
       h5pset_chunk_f, h5pset_shuffle_f, h5pset_deflate_f, h5dcreate_f, h5dopen_f, h5dclose_f, h5dset_extent_f, h5dget_space_f, &
       h5dwrite_f, h5sget_simple_extent_dims_f, h5tcopy_f, h5tclose_f, h5tset_size_f, h5tset_strpad_f, h5kind_to_type, &
       h5_integer_kind, h5t_native_double, h5t_native_real, h5t_native_integer, h5t_c_s1, h5t_ieee_f64le, h5t_ieee_f32le, &
-      h5t_std_i64le, h5t_std_i32le, h5t_std_u8le, h5t_str_nullpad_f, h5p_dataset_create_f, h5s_select_set_f, h5s_unlimited_f
+      h5t_std_i64le, h5t_std_i32le, h5t_std_u8le, h5t_str_nullpad_f, h5p_dataset_create_f, h5s_select_set_f, h5s_unlimited_f, &
+      h5p_dataset_access_f, h5pset_chunk_cache_f, h5pget_chunk_f, h5dget_create_plist_f, h5dget_type_f, h5tget_size_f
    use rf_kinds, only: wp, i1, i8
    use rf_hdf5, only: hdf5_file_t, hdf5_failure, closed_id
    use rf_text, only: to_text
@@ -22,6 +23,8 @@ module rf_hdf5_series
 
    !> zlib's fastest level: with shuffled bytes the higher ones cost time and save next to nothing
    integer, parameter :: deflate_level = 1
+   !> places in the table by which HDF5 finds the pieces that it keeps
+   integer(size_t), parameter :: cache_slots = 11
 
    !> One growing dataset.
    type, public :: hdf5_series_t
@@ -102,6 +105,7 @@ contains
       integer(hsize_t) :: extent(2), largest(2)
       integer :: status
       call h5dopen_f(file%id, this%name, this%id, status)
+      if (status >= 0) call reopen_with_small_cache(this, file, status)
       call hdf5_failure(status, file%path, 'open the dataset '//this%name, error)
       if (allocated(error)) then
          this%id = closed_id
@@ -113,6 +117,32 @@ contains
       call h5sclose_f(space, status)
       this%rows = extent(merge(1, 2, this%components == 0))
    end subroutine open_series
+
+   !> What has been appended is not looked at again, so the two newest pieces are all that need be in memory. By default HDF5
+   !> would keep 1 MB of each dataset, which fills up in the course of the run.
+   subroutine reopen_with_small_cache(this, file, status)
+      type(hdf5_series_t), intent(inout) :: this
+      type(hdf5_file_t), intent(in) :: file
+      !> below 0: it could not be opened
+      integer, intent(out) :: status
+      integer(hid_t) :: properties, stored
+      integer(hsize_t) :: piece(2)
+      integer(size_t) :: bytes
+      integer :: rank, ignored
+      rank = merge(1, 2, this%components == 0)
+      piece = 1
+      call h5dget_create_plist_f(this%id, properties, ignored)
+      call h5pget_chunk_f(properties, rank, piece(:rank), ignored)
+      call h5pclose_f(properties, ignored)
+      call h5dget_type_f(this%id, stored, ignored)
+      call h5tget_size_f(stored, bytes, ignored)
+      call h5tclose_f(stored, ignored)
+      call h5dclose_f(this%id, ignored)
+      call h5pcreate_f(h5p_dataset_access_f, properties, ignored)
+      call h5pset_chunk_cache_f(properties, cache_slots, 2*bytes*product(piece), 1.0, ignored)      ! 1: whole pieces go first
+      call h5dopen_f(file%id, this%name, this%id, status, dapl_id=properties)
+      call h5pclose_f(properties, ignored)
+   end subroutine reopen_with_small_cache
 
    !> Go on with a dataset of an earlier process: rows after the first so many are cut off.
    subroutine cut(this, file, rows, look_only, error)
