@@ -240,8 +240,7 @@ def keep(output, options, number, what, files, problem, error):
         (folder / name).write_bytes(content)
     (folder / "report.txt").write_text(
         f"{problem}\n{what}; seed {options.seed}, run {number}\n"
-        f"{fuzz.PROGRAM} --restart {folder / CHECKPOINT} --quiet\n\n"
-        + error.decode(errors="replace")[-4000:]
+        f"{fuzz.PROGRAM} --restart {folder / CHECKPOINT} --quiet\n\n" + error.decode(errors="replace")[-4000:]
     )
     return folder
 
