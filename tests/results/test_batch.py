@@ -93,11 +93,17 @@ def stub(folder, name):
     return folder / f"{name}.calls"
 
 
+def histories(folder, where):
+    """Bytes of the longest history there."""
+    return max((path.stat().st_size for path in folder.glob(f"{where}*_history.csv")), default=0)
+
+
 def one_piece(command, folder, variables, seconds):
-    """Run a row's script as the scheduler does: SIGTERM some time after results begin to come."""
+    """Run a row's script as the scheduler does: SIGTERM some time after new results begin to come."""
+    before = histories(folder, "results/")
     script = subprocess.Popen(command, env=environment(folder, **variables), cwd=folder)
     for _ in range(600):
-        if list(folder.glob("rfem_*/*_history.csv")) or script.poll() is not None:
+        if histories(folder, "rfem_*/") > before or script.poll() is not None:
             break
         time.sleep(0.05)
     try:
@@ -130,7 +136,7 @@ def test_a_run_in_pieces(scheduler, tmp_path):
         "RESULTS": str(results),
     }
     for piece in range(1, 40):
-        status = one_piece([BATCH / f"sweep.{scheduler}"], tmp_path, variables, 0.4)
+        status = one_piece([BATCH / f"sweep.{scheduler}"], tmp_path, variables, 0.2 + 0.1 * piece)
         assert (results / "long.exit").read_text() == f"{status}\n"
         assert (results / "long.pieces").read_text() == f"{piece}\n"
         assert not list(tmp_path.glob("rfem_long_*")), "the scratch folder is gone"
@@ -398,8 +404,8 @@ def test_killed_while_the_results_are_brought_home(command, n, tmp_path):
         (tmp_path / "bin" / "cp").write_text(text)
     piece(tmp_path, -signal.SIGKILL, PATH=f"{tmp_path}/bin:{os.environ['PATH']}")
     assert (results / "long.rst.h5").exists()
-    for _ in range(40):
-        if piece(tmp_path, (0, 4)) == 0:
+    for number in range(40):
+        if piece(tmp_path, (0, 4), seconds=0.1 * number) == 0:
             break
     log = (results / "long.log").read_text()
     assert log.splitlines()[-1] == whole.stdout.splitlines()[-1]
@@ -408,13 +414,14 @@ def test_killed_while_the_results_are_brought_home(command, n, tmp_path):
     assert not list(results.glob(".*")), "nothing stays of what was half done"
 
 
-def piece(folder, expected, **variables):
-    """A piece of the row: its time is up a while after its results begin to come."""
+def piece(folder, expected, seconds=0.1, **variables):
+    """A piece of the row: its time is up a while after new results begin to come."""
     for old in folder.glob("rfem_long_*"):
         old.rename(folder / f"gone_{time.monotonic_ns()}")
+    before = histories(folder, "results/")
     run = row(folder, **variables)
-    wait_until(lambda: list(folder.glob("rfem_*/*_history.csv")) or run.poll() is not None)
-    time.sleep(0.3)
+    wait_until(lambda: histories(folder, "rfem_*/") > before or run.poll() is not None)
+    time.sleep(seconds)
     if run.poll() is None:
         os.kill(run.pid, signal.SIGTERM)
     run.communicate(timeout=60)
