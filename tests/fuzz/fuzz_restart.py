@@ -4,8 +4,8 @@
     fuzz_restart.py [--runs N] [--seed S] [--first I] [--seconds T] [--output DIR]    run I of seed S is always one
 
 Seeds are the files of small runs that were cut. A run changes one of them: bytes of the checkpoint, of the HDF5 results
-or of the tables (changed, cut off, put in, zeroed, files exchanged or left out), or through h5py the kind, the size, the
-presence of data and groups of the checkpoint; half of the changed checkpoints get a checksum that fits, so that what
+or of the tables (changed, cut off, put in, zeroed, files exchanged or left out), or through h5py the kind, the size,
+the presence of data and groups of the checkpoint; half of these get a checksum that fits, so that what
 stands behind the checksum is asked too. What must hold: a documented exit status and no signal, no run-time error, no
 report of a sanitizer, an end within 10 s of processor time; with status 3 a message, and the tables as they were; a
 checkpoint with another byte and its old checksum is refused. What fails is kept in DIR with the command that shows it.
