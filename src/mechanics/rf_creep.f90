@@ -25,7 +25,9 @@ module rf_creep
       private
       !> displacements [length], (2, nodes), and residual [force] at the start of the window
       real(wp), allocatable :: from(:, :)
-      real(wp) :: residual = 0
+      real(wp) :: residual = huge(1.0_wp)
+      !> step at which the next window begins, windows of rest before the one after it
+      integer :: next = 0, rest = 1
    contains
       procedure :: forget, carry_on, exchange
    end type creep_t
@@ -36,10 +38,13 @@ contains
    subroutine forget(self)
       class(creep_t), intent(inout) :: self
       if (allocated(self%from)) deallocate (self%from)
-      self%residual = 0
+      self%residual = huge(1.0_wp)
+      self%next = 0
+      self%rest = 1
    end subroutine forget
 
-   !> After a step: a window begins, or ends with the body carried on along its way. The next one begins a window later.
+   !> After a step: a window begins, or ends with the body carried on along its way, after which it rests. Where the window
+   !> before has not helped the rest is twice as long, so that a body that needs time only has ever more of it.
    subroutine carry_on(self, iterations, most, residual, n, motion)
       class(creep_t), intent(inout) :: self
       !> steps so far, and at most; |r| of the last one [force]; nodes
@@ -48,16 +53,17 @@ contains
       integer, intent(in) :: n
       type(motion_t), intent(inout) :: motion
       real(wp) :: left, ways
-      integer :: window, step
+      integer :: window
       window = nint(steps_of_window*sqrt(real(n, wp)))
-      step = iterations - patience*window
-      if (step < 0 .or. most - iterations < 2*window) return      ! the last way needs time to settle
-      if (mod(step, 2*window) == 0) then
+      if (iterations < patience*window .or. most - iterations < 2*window) return      ! the last way needs time to settle
+      if (iterations >= self%next) then
+         self%rest = merge(1, 2*self%rest, residual < self%residual)
+         self%next = iterations + (1 + self%rest)*window
          call grow(self%from, n, 2)
          self%from(1, :n) = motion%ux(:n)
          self%from(2, :n) = motion%uy(:n)
          self%residual = residual
-      else if (mod(step, 2*window) == window) then
+      else if (iterations == self%next - self%rest*window) then
          left = residual/self%residual
          if (left < still_fast .or. left >= 1) return
          ways = min(longest_way, -part_of_way/log(left))
@@ -72,6 +78,8 @@ contains
       class(archive_t), intent(inout) :: archive
       call archive%exchange('from', self%from)
       call archive%exchange('residual', self%residual)
+      call archive%exchange('next', self%next)
+      call archive%exchange('rest', self%rest)
    end subroutine exchange
 
 end module rf_creep
