@@ -43,8 +43,8 @@ SECONDS = 10
 WALL_SECONDS = 120  # the machine may be busy
 MEGABYTES = 4000
 LARGE = 50_000  # elements from which on a run may rightly take long
-# the same told by the memory in use, where the program was ended before it said how many: a million elements while cracks
-# are fitted take 700 (measured: 880 at 1.3 million), a small body below 100
+# the same told by the memory in use, where the program was ended before it said how many: 1.3 million elements while
+# cracks are fitted take 880, a small body below 100
 LARGE_MEGABYTES = 300
 MODES = ("--check", "--check", "--check", "--explain", "", "", "", "-")
 # a run is to be short: few steps of relaxation; what a seed says itself stays
