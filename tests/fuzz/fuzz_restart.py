@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Mutated checkpoints and results: `rfem --restart` ends in order, whatever lies there. ./run fuzz --restart calls this.
+"""Mutated checkpoints and results: `rfem --restart` ends in order whatever lies there. Called by ./run fuzz --restart.
 
     fuzz_restart.py [--runs N] [--seed S] [--first I] [--seconds T] [--output DIR]    run I of seed S is always one
 
@@ -240,8 +240,7 @@ def keep(output, options, number, what, files, problem, error):
         (folder / name).write_bytes(content)
     (folder / "report.txt").write_text(
         f"{problem}\n{what}; seed {options.seed}, run {number}\n"
-        f"{fuzz.PROGRAM} --restart {folder / CHECKPOINT} --quiet\n\n"
-        + error.decode(errors="replace")[-4000:]
+        f"{fuzz.PROGRAM} --restart {folder / CHECKPOINT} --quiet\n\n" + error.decode(errors="replace")[-4000:]
     )
     return folder
 
