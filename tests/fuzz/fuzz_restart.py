@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Mutated checkpoints and results: `rfem --restart` ends in order, whatever lies there (./run fuzz --restart).
+"""Mutated checkpoints and results: `rfem --restart` ends in order whatever lies there. Called by ./run fuzz --restart.
 
     fuzz_restart.py [--runs N] [--seed S] [--first I] [--seconds T] [--output DIR]    run I of seed S is always one
 
