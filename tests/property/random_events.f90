@@ -18,7 +18,8 @@ program random_events
    use rf_invariants, only: baseline_t, take_baseline, check_invariants
    use random_body, only: draws_t, body_t, make_body, shape_name, n_shapes
    use event_checks, only: state_t, take_state, check_event, check_anew
-   use renumber_checks, only: renumber_and_check
+   use renumber_checks, only: renumber_and_check, mark_pairs, check_pairs_left
+   use rf_contact, only: contact_t
    use test_meshes, only: smallest_angle
    implicit none
 
@@ -351,6 +352,7 @@ contains
       logical, intent(out) :: found
       logical, allocatable :: gone(:)
       type(renumbering_t) :: map
+      type(contact_t) :: contact
       character(len=:), allocatable :: problem
       real(wp) :: centre(2), radius, often
       integer :: e
@@ -367,11 +369,14 @@ contains
          end do
          found = any(gone) .and. .not. all(gone)
          if (.not. found) return
+         call mark_pairs(model%contact, sequence%seed, attempt)
+         contact = model%contact
          call model%remove(gone, draws%chance(0.5_wp), map)
          call model%loads%apply(model%mesh, model%material, 0.5_wp, 0.5_wp)
          call take_baseline(model%mesh, sequence%baseline)
          call check_invariants(model%mesh, sequence%baseline, problem)
          if (len(problem) == 0) call check_anew(model, problem)
+         if (len(problem) == 0) call check_pairs_left(map, contact, model%contact, problem)
          if (len(problem) > 0) call fail(sequence, attempt, 'after a removal: '//problem)
          removed = removed + 1
          done = done + 1

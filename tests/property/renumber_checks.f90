@@ -19,7 +19,7 @@ module renumber_checks
    use memory_archive, only: memory_t, item_t, longest_name
    implicit none
    private
-   public :: renumber_and_check
+   public :: renumber_and_check, mark_pairs, check_pairs_left
 
    !> sums over the same in another order differ by no more than this part of the sum of magnitudes
    real(wp), parameter :: sum_tolerance = 1.0e-12_wp
@@ -282,6 +282,38 @@ contains
          number = transfer(drawn, number)
       end select
    end function number_drawn
+
+   !> What cracks that soften know is another number in each pair.
+   subroutine mark_pairs(contact, seed, draw)
+      type(contact_t), intent(inout) :: contact
+      integer, intent(in) :: seed, draw
+      integer :: p
+      do p = 1, contact%n_pairs
+         contact%cohesive%damage(p) = uniform(seed, p, draw)
+         contact%cohesive%separation(p) = contact%cohesive%damage(p)
+         contact%cohesive%jump(:, p) = [contact%cohesive%damage(p), -contact%cohesive%damage(p)]
+      end do
+   end subroutine mark_pairs
+
+   !> Elements were taken out: a pair that is still there knows what it knew.
+   subroutine check_pairs_left(map, old, new, problem)
+      type(renumbering_t), intent(in) :: map
+      type(contact_t), intent(in) :: old, new
+      character(len=:), allocatable, intent(inout) :: problem
+      integer :: p, q, nodes(2)
+      do p = 1, old%n_pairs
+         nodes = map%node(old%pair(:, p))
+         if (any(nodes == 0)) cycle
+         q = new%find_pair(nodes(1), nodes(2))
+         if (q == 0) cycle
+         if ((new%broken(q) .neqv. old%broken(p)) .or. abs(new%cohesive%damage(q) - old%cohesive%damage(p)) > 0 .or. &
+             abs(new%cohesive%separation(q) - old%cohesive%separation(p)) > 0 .or. &
+             any(abs(new%cohesive%jump(:, q) - old%cohesive%jump(:, p)) > 0)) problem = 'a pair has forgotten what it knew'
+         if (any(abs(new%normal(:, q) - old%normal(:, p)) > 0)) cycle
+         if (abs(new%slip_reference(q) - old%slip_reference(p)) > 0 .or. abs(new%gap_reference(q) - old%gap_reference(p)) > 0) &
+            problem = 'a pair measures slip or gap from elsewhere'
+      end do
+   end subroutine check_pairs_left
 
    !> The map is one to one, the new order the one asked for, and ids and places stay with their nodes and elements.
    subroutine check_map(map, old, new, problem)
