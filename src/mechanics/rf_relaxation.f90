@@ -5,7 +5,6 @@ module rf_relaxation
    use rf_kinds, only: wp, i8
    use rf_archive, only: archive_t
    use rf_clock, only: stopwatch_t
-   use rf_creep, only: creep_t
    use rf_interruption, only: interruption_t
    use rf_grow, only: grow
    use rf_mesh, only: mesh_t
@@ -95,8 +94,6 @@ module rf_relaxation
       !> damping coefficient of VISCOUS once known [-]
       real(wp), private :: viscous = -1
       type(progress_t), private :: now
-      !> debris that creeps, ADAPTIVE damping only
-      type(creep_t), private :: creep
       !> per node: its residual counts; its motion enters the damping; its residual is summed by the step kernel (not by
       !> contact); part of the velocity that it keeps in a step. Of size 0 where all nodes have 1
       real(wp), allocatable, private :: counted(:), paced(:), measured(:), keep(:)
@@ -136,7 +133,6 @@ contains
       real(wp) :: sums(n_sums), scale
       integer(i8) :: ticks(2), rate
       integer :: done
-      logical :: may_creep
 
       call system_clock(ticks(1), rate)
       if (.not. self%under_way) then
@@ -146,7 +142,6 @@ contains
       end if
       call self%prepare_masks(mesh, rows, contact, loads, pieces)
       call contact%arrange(mesh%n_nodes, rows%inverse_mass, loads%free_x, loads%free_y, self%counted)
-      may_creep = self%settings%damping == damping_adaptive .and. size(self%counted) > 0      ! there are loose pieces
       self%under_way = .false.
       done = self%iterations
       scale = 0
@@ -170,8 +165,6 @@ contains
          else
             call motion%advance()
          end if
-         if (may_creep) call self%creep%carry_on(self%iterations, self%settings%max_iterations, sqrt(sums(sum_residual)), &
-                                                 mesh%n_nodes, motion)
          if (present(interruption)) self%under_way = interruption%asked()
          if (self%under_way) exit
       end do
@@ -206,7 +199,6 @@ contains
       self%now%applied = loads%scale(mesh%n_nodes)
       self%now%largest = 0
       self%now%start = summed_displacements(mesh, pieces, motion)
-      call self%creep%forget()
       self%iterations = 0
    end subroutine start
 
@@ -504,9 +496,6 @@ contains
          call archive%exchange('largest', now%largest)
          call archive%exchange('start', now%start)
       end associate
-      call archive%enter('creep')
-      call self%creep%exchange(archive)
-      call archive%leave()
    end subroutine exchange
 
 end module rf_relaxation
