@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Long runs: nothing drifts, memory grows with the mesh only, and no relaxation is silently above its tolerance.
+"""Long runs: what drifts, whether memory grows with more than the mesh, and relaxations above their tolerance.
 
 ./run long [--quick] [--output DIR] [--figure FILE.png]
 
@@ -7,7 +7,7 @@ Three runs. `at_once`: the rough block of rough_block.inp until 2,000 events, al
 `one_by_one`: a coarser one, a node at a time, crushed until hardly anything is left to split or to bear load. `rows`:
 8,000 rows of history and 400 frames of a small body that does not break. While they run their memory is read from
 /proc. Each line of the report is a figure, its limit and what it is; exit status 1 if one is beyond its limit and not
-among those whose cause is known (KNOWN). --quick: the first 60 events only.
+among those that are open (OPEN), which are told all the same. --quick: the first 60 events only.
 """
 
 from __future__ import annotations
@@ -32,12 +32,10 @@ BYTES_OF_NODE, LEAST_GROWTH = 6000, 1000
 # HDF5 keeps the index of what it has written: some 20 bytes for each of the 30 parts of a frame, every 20 rows. The
 # values of a row, were they kept, are 500 bytes.
 BYTES_OF_ROW = 60
-# Figures beyond their limit whose cause is known: they are told, and not hidden by a wider limit.
-DEBRIS = (
-    "the residual of loose pieces is not in the norm (theory: eq. 14), though debris between the platens bears load"
-)
-STEPS = "not looked into; it comes at increments of debris that slides, rises and falls, and no event adds to it"
-KNOWN = {
+# Figures beyond their limit that nobody has mended yet: they are told, and not hidden by a wider limit.
+DEBRIS = "probably as the residual of loose pieces is not in the norm (theory: eq. 14), though debris bears load"
+STEPS = "it comes at increments of debris that slides, most of them flagged, rises and falls; no event adds to it"
+OPEN = {
     ("one_by_one", "platens out of balance, direction 1, of the force"): DEBRIS,
     ("one_by_one", "platens out of balance, direction 2, of the force"): DEBRIS,
     ("one_by_one", "section out of balance, force and moment"): DEBRIS,
@@ -110,16 +108,17 @@ class Report:
     """Figures with their limits."""
 
     def __init__(self):
-        self.failed = 0
+        self.failed = self.open = 0
 
     def at_most(self, run, what, value, limit):
         bad = not value <= limit
-        known = bad and KNOWN.get((run, what))
-        self.failed += bad and not known
-        word = "ok" if not bad else "known" if known else "FAILED"
+        reason = bad and OPEN.get((run, what))
+        self.failed += bad and not reason
+        self.open += bool(reason)
+        word = "ok" if not bad else "open" if reason else "FAILED"
         print(f"{word:6} {run:10} {what}: {value:.3g} (at most {limit:.3g})", flush=True)
-        if known:
-            print(f"       {'':10} {known}", flush=True)
+        if reason:
+            print(f"       {'':10} {reason}", flush=True)
 
     def tell(self, run, what, value):
         print(f"       {run:10} {what}: {value:.6g}", flush=True)
@@ -292,7 +291,7 @@ def main():
     rows = check_rows(LongRun(program, "rows.inp", options.output, "rows", {}), report)
     picture = options.figure or options.output / "long_run.png"
     draw(picture, blocks, rows)
-    print(f"{picture}; {report.failed} figures beyond their limits")
+    print(f"{picture}; {report.failed + report.open} figures beyond their limits, {report.open} of them open before")
     return 1 if report.failed else 0
 
 
