@@ -263,9 +263,10 @@ contains
       subroutine follow(list, n)
          integer, allocatable, intent(inout) :: list(:)
          integer, intent(inout) :: n
+         integer, allocatable :: kept(:)
          if (n == 0) return
-         list = map%node(list(:n))
-         list = pack(list, list > 0)
+         kept = map%node(list(:n))         ! not into the list itself: gfortran 12 allocates it anew before it is read
+         list = pack(kept, kept > 0)
          n = size(list)
       end subroutine follow
 
