@@ -18,6 +18,14 @@ module rf_move
       procedure :: add, scale, clear
    end type runs_t
 
+   !> how far the moving has come
+   type :: progress_t
+      !> 1 to twice the number of runs; entries of that run that are still to be moved
+      integer :: turn = 0, left = 0
+      !> the portion: its first place before and now, how many entries
+      integer :: from = 0, to = 0, n = 0
+   end type progress_t
+
    !> move the runs of an array
    interface move
       module procedure move_real_1, move_real_2, move_integer_1, move_integer_2, move_logical_1
@@ -65,19 +73,10 @@ contains
       real(wp), intent(inout) :: array(:)
       type(runs_t), intent(in) :: runs
       real(wp) :: buffer(portion)
-      integer :: k, i, first, n
-      do k = 1, 2*runs%n
-         call next(runs, k, i)
-         if (i == 0) cycle
-         associate (from => runs%run(1, i), to => runs%run(2, i), length => runs%run(3, i))
-            do first = 0, length - 1, portion
-               n = min(portion, length - first)
-               associate (offset => merge(first, length - first - n, to < from))
-                  buffer(:n) = array(from + offset:from + offset + n - 1)
-                  array(to + offset:to + offset + n - 1) = buffer(:n)
-               end associate
-            end do
-         end associate
+      type(progress_t) :: now
+      do while (next_portion(runs, now))
+         buffer(:now%n) = array(now%from:now%from + now%n - 1)
+         array(now%to:now%to + now%n - 1) = buffer(:now%n)
       end do
    end subroutine move_real_1
 
@@ -85,19 +84,10 @@ contains
       integer, intent(inout) :: array(:)
       type(runs_t), intent(in) :: runs
       integer :: buffer(portion)
-      integer :: k, i, first, n
-      do k = 1, 2*runs%n
-         call next(runs, k, i)
-         if (i == 0) cycle
-         associate (from => runs%run(1, i), to => runs%run(2, i), length => runs%run(3, i))
-            do first = 0, length - 1, portion
-               n = min(portion, length - first)
-               associate (offset => merge(first, length - first - n, to < from))
-                  buffer(:n) = array(from + offset:from + offset + n - 1)
-                  array(to + offset:to + offset + n - 1) = buffer(:n)
-               end associate
-            end do
-         end associate
+      type(progress_t) :: now
+      do while (next_portion(runs, now))
+         buffer(:now%n) = array(now%from:now%from + now%n - 1)
+         array(now%to:now%to + now%n - 1) = buffer(:now%n)
       end do
    end subroutine move_integer_1
 
@@ -105,19 +95,10 @@ contains
       logical, intent(inout) :: array(:)
       type(runs_t), intent(in) :: runs
       logical :: buffer(portion)
-      integer :: k, i, first, n
-      do k = 1, 2*runs%n
-         call next(runs, k, i)
-         if (i == 0) cycle
-         associate (from => runs%run(1, i), to => runs%run(2, i), length => runs%run(3, i))
-            do first = 0, length - 1, portion
-               n = min(portion, length - first)
-               associate (offset => merge(first, length - first - n, to < from))
-                  buffer(:n) = array(from + offset:from + offset + n - 1)
-                  array(to + offset:to + offset + n - 1) = buffer(:n)
-               end associate
-            end do
-         end associate
+      type(progress_t) :: now
+      do while (next_portion(runs, now))
+         buffer(:now%n) = array(now%from:now%from + now%n - 1)
+         array(now%to:now%to + now%n - 1) = buffer(:now%n)
       end do
    end subroutine move_logical_1
 
@@ -152,16 +133,37 @@ contains
       call move_integer_1(array, runs)
    end subroutine move_integer_flat
 
-   !> The run whose turn it is, so that none is overwritten before it has moved: those that move to lower places in
-   !> ascending order, then those that move to higher ones in descending order. 0: none.
-   pure subroutine next(runs, turn, i)
+   !> The next portion to be moved, so that nothing is overwritten before it has moved: runs that move to lower places in
+   !> ascending order, each from its beginning, then those that move to higher ones in descending order, each from its end.
+   !> False: all is done.
+   logical function next_portion(runs, now) result(is_one)
       type(runs_t), intent(in) :: runs
-      !> 1 to twice the number of runs
+      type(progress_t), intent(inout) :: now
+      integer :: i, offset
+      is_one = .true.
+      do while (now%left == 0)
+         now%turn = now%turn + 1
+         is_one = now%turn <= 2*runs%n
+         if (.not. is_one) return
+         i = run_of(runs, now%turn)
+         if (now%turn <= runs%n .eqv. runs%run(2, i) < runs%run(1, i)) now%left = runs%run(3, i)
+         if (runs%run(2, i) == runs%run(1, i)) now%left = 0
+      end do
+      i = run_of(runs, now%turn)
+      now%n = min(portion, now%left)
+      offset = now%left - now%n
+      if (now%turn <= runs%n) offset = runs%run(3, i) - now%left
+      now%from = runs%run(1, i) + offset
+      now%to = runs%run(2, i) + offset
+      now%left = now%left - now%n
+   end function next_portion
+
+   !> The run whose turn it is: all in ascending order, then all in descending order.
+   pure integer function run_of(runs, turn) result(i)
+      type(runs_t), intent(in) :: runs
       integer, intent(in) :: turn
-      integer, intent(out) :: i
       i = turn
       if (turn > runs%n) i = 2*runs%n + 1 - turn
-      if (runs%run(2, i) == runs%run(1, i) .or. (runs%run(2, i) < runs%run(1, i) .neqv. turn <= runs%n)) i = 0
-   end subroutine next
+   end function run_of
 
 end module rf_move

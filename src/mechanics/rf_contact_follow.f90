@@ -165,6 +165,8 @@ contains
       type(runs_t) :: pairs, linked, nodes
       !> first pair and node of each new group of pairs that share nodes; how far pairs and nodes of the others move
       integer, allocatable :: first(:, :), offset(:, :)
+      !> place of each new pair
+      integer, allocatable :: place(:)
       integer :: n_lone, n_groups, n_pairs, n_nodes, i
       call find_places(self, gone, new, places)
       n_lone = self%n_lone - count(gone <= self%n_lone) + new%n_lone
@@ -181,8 +183,9 @@ contains
          n_pairs = n_pairs - (self%group_pair(gone(i) + 1) - self%group_pair(gone(i)))
          n_nodes = n_nodes - (self%group_node(gone(i) + 1) - self%group_node(gone(i)))
       end do
+      place = places_of_new(new, places%new_lone, first)
       call self%reserve_pairs(max(n_pairs, self%n_pairs))
-      call merge_keys(self, linked, n_pairs - n_lone, new, places%new_lone, first)
+      call merge_keys(self, linked, n_pairs - n_lone, new, place)
       call shift_pairs(self, pairs)
       call shift_groups(self, places%group, linked, nodes, offset, n_lone, n_groups)
       self%n_lone = n_lone
@@ -191,7 +194,7 @@ contains
       self%n_nodes = n_nodes
       self%group_pair(n_groups + 1) = n_pairs + 1
       self%group_node(n_groups + 1) = n_nodes + 1
-      call put_pairs(self, new, places, first)
+      call put_pairs(self, new, place, places%new_group, first)
    end subroutine replace_groups
 
    !> Where what stays goes, and what comes.
@@ -325,14 +328,15 @@ contains
    end subroutine find_linked
 
    !> Keys of the pairs that share nodes: those of pairs that stay, in their new places, and of the new ones.
-   subroutine merge_keys(self, linked, n, new, new_lone, first)
+   subroutine merge_keys(self, linked, n, new, new_place)
       type(contact_t), intent(inout) :: self
       type(contact_t), intent(in) :: new
       type(runs_t), intent(in) :: linked
       !> how many there will be
       integer, intent(in) :: n
-      integer, intent(in) :: new_lone(:), first(:, :)
-      integer, allocatable :: place(:), by_key(:), new_place(:)
+      !> of the new pairs
+      integer, intent(in) :: new_place(:)
+      integer, allocatable :: place(:), by_key(:)
       integer(i8), allocatable :: key(:)
       integer :: i, j, k, p
       allocate (place(self%n_lone + 1:self%n_pairs), by_key(n), key(n))
@@ -342,7 +346,6 @@ contains
             place(linked%run(1, i) + p) = linked%run(2, i) + p
          end do
       end do
-      new_place = places_of_new(new, new_lone, first)
       j = 1
       k = 0
       do i = 1, size(self%key)
@@ -441,13 +444,12 @@ contains
    end subroutine shift_groups
 
    !> The new pairs take their places.
-   subroutine put_pairs(self, new, places, first)
+   subroutine put_pairs(self, new, place, new_group, first)
       type(contact_t), intent(inout) :: self
       type(contact_t), intent(in) :: new
-      type(places_t), intent(in) :: places
-      integer, intent(in) :: first(:, :)
-      integer :: p, q, g, to, i, place(new%n_pairs)
-      place = places_of_new(new, places%new_lone, first)
+      !> of the new pairs; of their groups, and the first pair and node of these (find_places, find_linked)
+      integer, intent(in) :: place(:), new_group(:), first(:, :)
+      integer :: p, q, g, to, i
       do q = 1, new%n_pairs
          p = place(q)
          self%pair(:, p) = new%pair(:, q)
@@ -466,7 +468,7 @@ contains
       end do
       do g = new%n_lone + 1, new%n_groups
          i = g - new%n_lone
-         to = self%n_lone + places%new_group(i)
+         to = self%n_lone + new_group(i)
          self%group_pair(to) = first(1, i)
          self%group_node(to) = first(2, i)
          do q = new%group_pair(g), new%group_pair(g + 1) - 1

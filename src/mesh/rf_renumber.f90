@@ -8,7 +8,7 @@ module rf_renumber
    use rf_mesh, only: mesh_t, no_origin
    use rf_numbering, only: identity_order, places_of
    use rf_ordering, only: order_of_nodes, order_of_elements
-   use rf_topology, only: changes_t, part_fans, is_one_fan
+   use rf_topology, only: changes_t, part_fans, is_one_fan, list_corners
    implicit none
    private
    public :: renumbering_t, carry, plan_removal, plan_order, renumber_mesh, remove_from_mesh
@@ -232,11 +232,11 @@ contains
       call renumber_mesh(mesh, map)
       allocate (order, source=sorted_order(int(mesh%node_rank(exposed), i8)))
       exposed = exposed(order)
-      call list_elements(mesh, first, corner_list)
+      call list_corners(mesh, first, corner_list)
       call changes%clear()
       do i = 1, size(exposed)
          n = exposed(i)
-         around = corner_list(first(n):first(n + 1) - 1)
+         around = (corner_list(first(n):first(n + 1) - 1) - 1)/3 + 1
          if (mesh%hinge(n)) mesh%hinge(n) = .not. is_one_fan(mesh, n, size(around))
          ! one that is a hinge no more may have cracks that came to it while it was, and were not opened
          if (.not. mesh%hinge(n)) call part_fans(mesh, n, around, changes, n_copies)
@@ -262,31 +262,6 @@ contains
       end do
       is_touched = is_touched .and. map%node > 0
    end function touched
-
-   !> Elements of each node: corner_list(first(n):first(n + 1) - 1).
-   subroutine list_elements(mesh, first, corner_list)
-      type(mesh_t), intent(in) :: mesh
-      integer, allocatable, intent(out) :: first(:), corner_list(:)
-      integer, allocatable :: fill(:)
-      integer :: e, k, n
-      allocate (first(mesh%n_nodes + 1), corner_list(3*mesh%n_elements))
-      allocate (fill(mesh%n_nodes), source=0)
-      do e = 1, mesh%n_elements
-         fill(mesh%connectivity(:, e)) = fill(mesh%connectivity(:, e)) + 1
-      end do
-      first(1) = 1
-      do n = 1, mesh%n_nodes
-         first(n + 1) = first(n) + fill(n)
-         fill(n) = first(n)
-      end do
-      do e = 1, mesh%n_elements
-         do k = 1, 3
-            n = mesh%connectivity(k, e)
-            corner_list(fill(n)) = e
-            fill(n) = fill(n) + 1
-         end do
-      end do
-   end subroutine list_elements
 
    subroutine carry_real_1(array, from)
       real(wp), allocatable, intent(inout) :: array(:)

@@ -9,7 +9,7 @@ module rf_topology
    use rf_mesh, only: mesh_t, no_origin
    implicit none
    private
-   public :: changes_t, build_topology, elements_around, bisect_edge, crack_edge, refan_node, part_fans, is_one_fan
+   public :: changes_t, build_topology, elements_around, bisect_edge, crack_edge, refan_node, part_fans, is_one_fan, list_corners
    public :: next_corner, previous_corner, corner_of, is_corner, node_on_boundary, side_nodes, sort_ascending
    public :: manifold_ok, manifold_three_elements
 

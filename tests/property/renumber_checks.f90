@@ -16,7 +16,7 @@ module renumber_checks
    use rf_partition, only: partitions_available
    use rf_removal_input, only: removal_t, renumber_removal
    use rf_renumber, only: renumbering_t
-   use memory_archive, only: memory_t, item_t, longest_name
+   use rf_memory_archive, only: memory_archive_t, item_t, longest_name
    implicit none
    private
    public :: renumber_and_check, mark_pairs, check_pairs_left
@@ -56,7 +56,7 @@ contains
       integer, intent(in) :: seed
       type(renumbering_t), intent(out) :: map
       character(len=:), allocatable, intent(out) :: problem
-      type(memory_t) :: before, after
+      type(memory_archive_t) :: before, after
       type(contact_t) :: contact
       type(mesh_t) :: mesh
       type(loads_t) :: loads
@@ -238,7 +238,7 @@ contains
    subroutine mark(model, seed, draw)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: seed, draw
-      type(memory_t) :: memory
+      type(memory_archive_t) :: memory
       character(len=3) :: rule
       integer :: i, k, n
       n = model%mesh%n_nodes
@@ -355,7 +355,7 @@ contains
    !> A datum by its rule.
    subroutine check_item(old, after, map, pair, problem)
       type(item_t), intent(in) :: old
-      type(memory_t), intent(in) :: after
+      type(memory_archive_t), intent(in) :: after
       type(renumbering_t), intent(in) :: map
       !> new number of each pair
       integer, intent(in) :: pair(:)

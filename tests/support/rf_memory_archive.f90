@@ -1,58 +1,71 @@
-!> An archive in memory, for tests: what is exchanged is kept by name, so that two archives can be compared member by member.
+!> An archive in memory, for tests: all that a type exchanges, by name, private members included, to be compared or changed.
 module rf_memory_archive
-   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_ptr
-   use rf_kinds, only: i1
-   use rf_archive, only: archive_t, datum_t, archive_byte, archive_integer
+   use, intrinsic :: iso_c_binding, only: c_ptr, c_f_pointer
+   use rf_kinds, only: wp, i1, i8
+   use rf_archive, only: archive_t, datum_t, archive_byte, archive_integer, archive_long, archive_real
    use rf_text, only: to_text
    implicit none
    private
-   public :: memory_archive_t, difference
+   public :: memory_archive_t, item_t, longest_name, difference
 
-   type :: member_t
-      !> with the groups it lies in
-      character(len=:), allocatable :: name
+   integer, parameter :: longest_name = 100
+
+   !> One datum.
+   type :: item_t
+      !> with its groups: `group/name`
+      character(len=longest_name) :: name = ''
       type(datum_t) :: datum
-      integer(i1), allocatable :: bytes(:)
-   end type member_t
+      !> numbers as they are, of reals the bits, in the order of memory
+      integer(i8), allocatable :: value(:)
+   contains
+      procedure :: entities, components
+   end type item_t
 
    type, extends(archive_t) :: memory_archive_t
       integer :: n = 0
-      type(member_t), allocatable, private :: members(:)
-      character(len=:), allocatable, private :: place
+      type(item_t), allocatable :: item(:)
+      character(len=longest_name), private :: group = ''
    contains
-      procedure :: enter, leave, look_up, move, rewind => rewind_archive
+      procedure :: enter, leave, look_up, move, find
    end type memory_archive_t
 
 contains
 
-   !> Read from the beginning what was written.
-   subroutine rewind_archive(self)
-      class(memory_archive_t), intent(inout) :: self
-      self%reading = .true.
-      self%place = ''
-   end subroutine rewind_archive
+   !> Entries of the last dimension; 1 of a single number.
+   pure integer function entities(self)
+      class(item_t), intent(in) :: self
+      entities = 1
+      if (self%datum%rank > 0) entities = self%datum%extent(self%datum%rank)
+   end function entities
+
+   !> Values of each of them.
+   pure integer function components(self)
+      class(item_t), intent(in) :: self
+      components = product(self%datum%extent(:self%datum%rank - 1))
+   end function components
 
    subroutine enter(self, name, number)
       class(memory_archive_t), intent(inout) :: self
       character(len=*), intent(in) :: name
       integer, intent(in), optional :: number
-      if (.not. allocated(self%place)) self%place = ''
-      self%place = self%place//'/'//name
-      if (present(number)) self%place = self%place//'_'//to_text(number)
+      self%group = trim(self%group)//name
+      if (present(number)) self%group = trim(self%group)//'_'//to_text(number)
+      self%group = trim(self%group)//'/'
    end subroutine enter
 
    subroutine leave(self)
       class(memory_archive_t), intent(inout) :: self
-      self%place = self%place(:index(self%place, '/', back=.true.) - 1)
+      integer :: end
+      end = index(self%group(:len_trim(self%group) - 1), '/', back=.true.)
+      self%group = self%group(:end)
    end subroutine leave
 
-   !> Position of a member, 0 if there is none of that name.
-   integer function find(self, name)
+   !> Number of the item of a full name, 0 if there is none.
+   integer function find(self, name) result(i)
       class(memory_archive_t), intent(in) :: self
-      !> with its groups
       character(len=*), intent(in) :: name
-      do find = self%n, 1, -1
-         if (self%members(find)%name == name) return
+      do i = self%n, 1, -1
+         if (self%item(i)%name == name) return
       end do
    end function find
 
@@ -61,9 +74,9 @@ contains
       character(len=*), intent(in) :: name
       type(datum_t), intent(out) :: datum
       integer :: i
-      i = find(self, self%place//'/'//name)
-      if (i == 0) call self%fail('no '//self%place//'/'//name)
-      if (i > 0) datum = self%members(i)%datum
+      i = self%find(trim(self%group)//name)
+      if (i == 0) call self%fail('there is no '//trim(self%group)//name)
+      if (i > 0) datum = self%item(i)%datum
    end subroutine look_up
 
    subroutine move(self, name, datum, address)
@@ -71,51 +84,68 @@ contains
       character(len=*), intent(in) :: name
       type(datum_t), intent(in) :: datum
       type(c_ptr), intent(in) :: address
-      integer(i1), pointer :: memory(:)
-      integer :: bytes, i
-      bytes = 0
-      if (datum%present) bytes = product(datum%extent(:datum%rank))*element_size(datum%element)
-      if (.not. allocated(self%place)) self%place = ''
-      if (.not. self%reading) call add_member(self, name, datum, bytes)
-      if (bytes == 0) return
-      call c_f_pointer(address, memory, [bytes])
+      integer :: i
       if (self%reading) then
-         i = find(self, self%place//'/'//name)
-         memory = self%members(i)%bytes
+         i = self%find(trim(self%group)//name)
       else
-         self%members(self%n)%bytes = memory
+         call add_item(self, trim(self%group)//name, datum)
+         i = self%n
       end if
+      if (size(self%item(i)%value) > 0) call copy(self%reading, self%item(i), address)
    end subroutine move
 
-   subroutine add_member(self, name, datum, bytes)
+   !> One more item, the last one, with room for its values.
+   subroutine add_item(self, name, datum)
       class(memory_archive_t), intent(inout) :: self
       character(len=*), intent(in) :: name
       type(datum_t), intent(in) :: datum
-      integer, intent(in) :: bytes
-      type(member_t), allocatable :: larger(:)
-      if (.not. allocated(self%members)) allocate (self%members(64))
-      if (find(self, self%place//'/'//name) > 0) call self%fail(self%place//'/'//name//' is there twice')
-      if (self%n == size(self%members)) then
-         allocate (larger(2*self%n))
-         larger(:self%n) = self%members
-         call move_alloc(larger, self%members)
+      type(item_t), allocatable :: more(:)
+      if (.not. allocated(self%item)) allocate (self%item(100))
+      if (len(name) > longest_name) call self%fail(name//' is too long a name')
+      if (self%find(name) > 0) call self%fail(name//' is there twice')
+      if (self%n == size(self%item)) then
+         allocate (more(2*self%n))
+         more(:self%n) = self%item
+         call move_alloc(more, self%item)
       end if
       self%n = self%n + 1
-      self%members(self%n)%name = self%place//'/'//name
-      self%members(self%n)%datum = datum
-      allocate (self%members(self%n)%bytes(bytes), source=0_i1)
-   end subroutine add_member
+      self%item(self%n)%name = name
+      self%item(self%n)%datum = datum
+      allocate (self%item(self%n)%value(merge(product(datum%extent(:datum%rank)), 0, datum%present)))
+   end subroutine add_item
 
-   pure integer function element_size(element) result(bytes)
-      integer, intent(in) :: element
-      select case (element)
-      case (archive_byte); bytes = 1
-      case (archive_integer); bytes = 4
-      case default; bytes = 8
+   !> From memory to the item, or back.
+   subroutine copy(back, item, address)
+      logical, intent(in) :: back
+      type(item_t), intent(inout) :: item
+      type(c_ptr), intent(in) :: address
+      integer(i1), pointer :: bytes(:)
+      integer, pointer :: integers(:)
+      integer(i8), pointer :: longs(:)
+      real(wp), pointer :: reals(:)
+      integer :: n
+      n = size(item%value)
+      select case (item%datum%element)
+      case (archive_byte)
+         call c_f_pointer(address, bytes, [n])
+         if (back) bytes = int(item%value, i1)
+         if (.not. back) item%value = bytes
+      case (archive_integer)
+         call c_f_pointer(address, integers, [n])
+         if (back) integers = int(item%value)
+         if (.not. back) item%value = integers
+      case (archive_long)
+         call c_f_pointer(address, longs, [n])
+         if (back) longs = item%value
+         if (.not. back) item%value = longs
+      case (archive_real)
+         call c_f_pointer(address, reals, [n])
+         if (back) reals = transfer(item%value, reals)
+         if (.not. back) item%value = transfer(reals, item%value)
       end select
-   end function element_size
+   end subroutine copy
 
-   !> The first member in which two archives differ; empty if there is none. `but` are names that need not be equal.
+   !> The first item in which two archives differ; empty if there is none. `but` are names that need not be equal.
    function difference(one, two, but) result(text)
       type(memory_archive_t), intent(in) :: one, two
       !> full names, blanks between them
@@ -123,21 +153,22 @@ contains
       character(len=:), allocatable :: text
       integer :: i
       text = ''
-      if (one%n /= two%n) text = 'number of members'
+      if (one%n /= two%n) text = 'number of items'
       do i = 1, min(one%n, two%n)
-         associate (a => one%members(i), b => two%members(i))
-            if (index(' '//but//' ', ' '//a%name//' ') > 0) cycle
+         associate (a => one%item(i), b => two%item(i))
+            if (index(' '//but//' ', ' '//trim(a%name)//' ') > 0) cycle
             if (a%name /= b%name) then
-               text = a%name//' and '//b%name
+               text = trim(a%name)//' and '//trim(b%name)
             else if (a%datum%element /= b%datum%element .or. a%datum%rank /= b%datum%rank .or. &
                      (a%datum%present .neqv. b%datum%present) .or. any(a%datum%lower /= b%datum%lower) .or. &
                      any(a%datum%extent /= b%datum%extent)) then
-               text = a%name//' looks otherwise'
-            else if (any(a%bytes /= b%bytes)) then
-               text = a%name
+               text = trim(a%name)//' looks otherwise'
+            else if (any(a%value /= b%value)) then
+               text = trim(a%name)
             end if
          end associate
          if (len(text) > 0) return
       end do
    end function difference
+
 end module rf_memory_archive
