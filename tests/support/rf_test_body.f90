@@ -129,6 +129,7 @@ contains
       call self%rows%build(self%mesh, self%material)
       call self%motion%reserve(self%mesh%n_nodes)
       call self%loads%prepare(self%mesh%n_nodes)
+      call self%loads%keep_forces()
       call self%contact%rebuild(self%mesh, self%material, self%motion)
       call self%pieces%find(self%mesh)
       allocate (self%definitions(0))
