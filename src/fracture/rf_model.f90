@@ -236,7 +236,7 @@ contains
       class(model_t), intent(in) :: self
       associate (mesh => self%mesh)
          has_grown = mesh%ordering /= ordering_none .and. &
-                     mesh%n_nodes - mesh%n_deck_nodes > max(growth_least, int(growth_limit*mesh%n_deck_nodes))
+                     mesh%n_nodes - mesh%n_numbered_nodes > max(growth_least, int(growth_limit*mesh%n_numbered_nodes))
       end associate
    end function has_grown
 
@@ -246,6 +246,7 @@ contains
       class(model_t), intent(inout) :: self
       !> old numbers to new ones
       type(renumbering_t), intent(out) :: map
+      call self%watch%start()
       call plan_order(self%mesh, map)
       call renumber_mesh(self%mesh, map)
       call self%carry_all(map, exposed=[integer ::])
@@ -253,7 +254,7 @@ contains
       call self%rows%build(self%mesh, self%material)
       call self%find_pairs()
       call self%pieces%find(self%mesh)
-      if (checked_build) call take_baseline(self%mesh, self%baseline)
+      call self%watch%stop()
       if (checked_build) call self%check()
    end subroutine renumber
 

@@ -869,7 +869,7 @@ contains
       class(loads_t), intent(inout) :: self
       type(changes_t), intent(in) :: changes
       integer :: i, n, a, b, dof
-      logical :: held
+      logical :: held, bears
       real(wp) :: between(2)
       do i = 1, changes%n_nodes
          n = changes%node(i)
@@ -877,17 +877,18 @@ contains
          b = changes%parent(2, i)
          call reserve_nodes(self, n)
          call inherit_ends(self, n, [a, b], changes%on_boundary(i))
-         if (self%place(a) > 0) then
+         bears = self%place(a) > 0
+         if (b > 0) bears = bears .and. changes%on_boundary(i) .and. self%place(max(1, b)) > 0
+         if (bears) then
             call take_place(self, n, [0.0_wp, 0.0_wp])
-            between = self%at_support(self%displacement, a)
-            if (b > 0) between = 0.5_wp*(between + self%at_support(self%displacement, b))
+            between = self%displacement(:, self%place(a))
+            if (b > 0) between = 0.5_wp*(between + self%displacement(:, self%place(b)))
             self%displacement(:, self%place(n)) = between
          end if
          do dof = 1, 2
-            held = self%is_held(dof, a)
-            if (self%place(a) > 0) self%support(dof, self%place(n)) = self%support(dof, self%place(a))
+            held = bears .and. self%is_held(dof, a)
+            if (bears) self%support(dof, self%place(n)) = self%support(dof, self%place(a))
             if (b > 0) then
-               held = held .and. changes%on_boundary(i)
                if (held) held = self%is_held(dof, b)
                if (held) self%support(dof, self%place(n)) = mean_ramp(self%support(dof, self%place(a)), &
                                                                       self%support(dof, self%place(b)))
@@ -940,6 +941,7 @@ contains
          self%force(n)%node = map%node(self%force(n)%node)
       end do
       self%n_forces = n
+      self%n_touched = 0
       do d = 1, self%n_acting
          call renumber_definition(self%acting(d), map)
       end do

@@ -219,10 +219,10 @@ contains
       type(baseline_t), intent(in) :: baseline
       character(len=:), allocatable, intent(inout) :: problem
       integer :: n, e
-      call check_list('node', mesh%node_id(:mesh%n_nodes), mesh%node_rank(:mesh%n_nodes), mesh%n_deck_nodes, &
+      call check_list('node', mesh%node_id(:mesh%n_nodes), mesh%node_rank(:mesh%n_nodes), mesh%n_numbered_nodes, &
                       baseline%n_nodes, baseline%last_node_id, mesh%last_node_id, problem)
       call check_list('element', mesh%element_id(:mesh%n_elements), mesh%element_rank(:mesh%n_elements), &
-                      mesh%n_deck_elements, baseline%n_elements, baseline%last_element_id, mesh%last_element_id, problem)
+                      mesh%n_numbered_elements, baseline%n_elements, baseline%last_element_id, mesh%last_element_id, problem)
       do n = 1, mesh%n_nodes
          if (len(problem) > 0) return
          e = mesh%element_of(n)

@@ -21,7 +21,7 @@ module rf_mesh
       integer :: n_nodes = 0, n_elements = 0, n_segments = 0
       !> nodes and elements of the deck, or those that were there when the numbers last changed (rf_renumber); those after
       !> them came by splitting
-      integer :: n_deck_nodes = 0, n_deck_elements = 0
+      integer :: n_numbered_nodes = 0, n_numbered_elements = 0
       !> internal numbering (rf_ordering)
       integer :: ordering = 0
       !> largest ids given so far: new nodes and elements count on from them
@@ -280,8 +280,8 @@ contains
       call archive%exchange('n_nodes', self%n_nodes)
       call archive%exchange('n_elements', self%n_elements)
       call archive%exchange('n_segments', self%n_segments)
-      call archive%exchange('n_deck_nodes', self%n_deck_nodes)
-      call archive%exchange('n_deck_elements', self%n_deck_elements)
+      call archive%exchange('n_numbered_nodes', self%n_numbered_nodes)
+      call archive%exchange('n_numbered_elements', self%n_numbered_elements)
       call archive%exchange('ordering', self%ordering)
       call archive%exchange('last_node_id', self%last_node_id)
       call archive%exchange('last_element_id', self%last_element_id)

@@ -198,7 +198,7 @@ contains
       if (allocated(mesh%share)) deallocate (mesh%share, mesh%node_origin, mesh%element_origin)
       call mesh%reserve_nodes(n)
       mesh%n_nodes = n
-      mesh%n_deck_nodes = n
+      mesh%n_numbered_nodes = n
       do i = 1, n
          mesh%x(:, i) = raw%x(:, kept(order(i)))
          mesh%node_id(i) = node_id(kept(order(i)))
@@ -222,7 +222,7 @@ contains
       n = size(kept)
       call mesh%reserve_elements(n)
       mesh%n_elements = n
-      mesh%n_deck_elements = n
+      mesh%n_numbered_elements = n
       do i = 1, n
          mesh%connectivity(:, i) = node_place(raw%connectivity(:, kept(order(i))))
          mesh%element_id(i) = element_id(kept(order(i)))

@@ -155,8 +155,8 @@ contains
       mesh%n_nodes = map%n_nodes
       mesh%n_elements = map%n_elements
       mesh%n_segments = map%n_segments
-      mesh%n_deck_nodes = map%n_nodes
-      mesh%n_deck_elements = map%n_elements
+      mesh%n_numbered_nodes = map%n_nodes
+      mesh%n_numbered_elements = map%n_elements
       call translate(mesh%element_of, map%element)
       do e = 1, mesh%n_elements
          call translate(mesh%connectivity(:, e), map%node)

@@ -280,7 +280,7 @@ contains
       definition(1) = load_definition_t(kind=load_support, set=1, first_dof=1, last_dof=merge(2, 1, draws%chance(0.5_wp)), &
                                         value=0.5_wp)
       definition(2) = load_definition_t(kind=load_force, set=2, first_dof=1, last_dof=1, value=1.0_wp)
-      definition(3) = load_definition_t(kind=load_force, entity=draws%pick(body%model%mesh%n_deck_nodes), first_dof=2, &
+      definition(3) = load_definition_t(kind=load_force, entity=draws%pick(body%model%mesh%n_numbered_nodes), first_dof=2, &
                                         last_dof=2, value=3.0_wp)
       definition(4) = load_definition_t(kind=load_edges, set=3, value=0.7_wp)
       definition(5) = load_definition_t(kind=load_gravity, set=2, value=9.81_wp, direction=[0.6_wp, -0.8_wp])
