@@ -65,6 +65,35 @@ contains
       end do
    end subroutine block_forces
 
+   !> The same with kxy for kyx.
+   subroutine symmetric_forces(n_slices, slice, order, column, kxx, kxy, kyy, ux, uy, fx, fy)
+      !> see block_forces
+      integer, intent(in) :: n_slices, slice(*), order(lanes, *), column(lanes, *)
+      real(wp), intent(in) :: kxx(lanes, *), kxy(lanes, *), kyy(lanes, *), ux(*), uy(*)
+      real(wp), intent(out) :: fx(lanes, slices), fy(lanes, slices)
+      real(wp) :: own_x(lanes), own_y(lanes), sum_x(lanes), sum_y(lanes), dx, dy
+      integer :: s, p, l
+      do s = 1, n_slices
+         do l = 1, lanes
+            own_x(l) = ux(order(l, s))
+            own_y(l) = uy(order(l, s))
+         end do
+         sum_x = 0
+         sum_y = 0
+         do p = slice(s), slice(s + 1) - 1
+            !$omp simd private(dx, dy)
+            do l = 1, lanes
+               dx = ux(column(l, p)) - own_x(l)
+               dy = uy(column(l, p)) - own_y(l)
+               sum_x(l) = sum_x(l) + (kxx(l, p)*dx + kxy(l, p)*dy)
+               sum_y(l) = sum_y(l) + (kxy(l, p)*dx + kyy(l, p)*dy)
+            end do
+         end do
+         fx(:, s) = sum_x
+         fy(:, s) = sum_y
+      end do
+   end subroutine symmetric_forces
+
    !> Forces of one block's nodes in the order of the nodes.
    subroutine forces_in_order(n, base, slice, order, column, kxx, kxy, kyx, kyy, n_skew, skew_edge, skew, ux, uy, fx, fy)
       !> nodes of the block, the first of them
@@ -83,7 +112,7 @@ contains
       if (size(kyx) > 0) then
          call block_forces((n - 1)/lanes + 1, slice, order, column, kxx, kxy, kyx, kyy, ux, uy, gx, gy)
       else
-         call block_forces((n - 1)/lanes + 1, slice, order, column, kxx, kxy, kxy, kyy, ux, uy, gx, gy)
+         call symmetric_forces((n - 1)/lanes + 1, slice, order, column, kxx, kxy, kyy, ux, uy, gx, gy)
       end if
       do k = 1, n
          fx(order(k) - base + 1) = gx(k)
