@@ -90,7 +90,7 @@ module rf_simulation
       procedure, private :: settle, after_event, go_on_breaking, settled, one_round, one_split, split_others
       ! rf_dynamic_step
       procedure, private :: begin_time_steps, one_time_step
-      ! rf_excavation
+      ! rf_new_numbers
       procedure, private :: excavate, follow_growth
       ! rf_simulation_state: exchange
       ! rf_endings

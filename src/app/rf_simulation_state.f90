@@ -55,8 +55,8 @@ contains
       call archive%exchange('largest_settled', self%largest_settled)
    end subroutine exchange_progress
 
-   !> What a run changes of what the deck says: numbers of nodes and elements (a removal gives new ones), time steps of a
-   !> dynamic step.
+   !> What a run changes of what the deck says: numbers of nodes and elements (a removal gives new ones, and so does growth), time
+   !> steps of a dynamic step.
    subroutine exchange_definitions(self, archive)
       type(simulation_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

@@ -9,6 +9,9 @@ module rf_cohesive
    private
    public :: cohesive_t
 
+   !> jump, in units of the critical one, that is round-off of the displacements: it has no direction
+   real(wp), parameter :: round_off = 1.0e-9_wp
+
    type :: cohesive_t
       !> area that softens [length^2]; 0: the pair is brittle, (pairs)
       real(wp), allocatable :: area(:)
@@ -196,14 +199,15 @@ contains
       relative = [max(0.0_wp, jump(1)), jump(2)]/self%critical(:, p)
    end function relative
 
-   !> Fracture energy of the mode of a jump (of another where there is none) [energy/length^2].
+   !> Fracture energy of the mode of a jump (of another where there is none: in the first time step after a split new faces keep
+   !> together but for round-off) [energy/length^2].
    pure real(wp) function mixed(self, p, jump, other)
       type(cohesive_t), intent(in) :: self
       integer, intent(in) :: p
       real(wp), intent(in) :: jump(2), other(2)
       real(wp) :: x(2)
       x = relative(self, p, jump)
-      if (.not. any(abs(x) > 0)) x = relative(self, p, other)
+      if (.not. norm2(x) > round_off) x = relative(self, p, other)
       mixed = self%energy(1, p)
       if (any(abs(x) > 0)) mixed = sum(self%energy(:, p)*(x/norm2(x))**2)
    end function mixed

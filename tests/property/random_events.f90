@@ -18,6 +18,7 @@ program random_events
    use rf_invariants, only: baseline_t, take_baseline, check_invariants
    use random_body, only: draws_t, body_t, make_body, shape_name, n_shapes
    use event_checks, only: state_t, take_state, check_event, check_anew
+   use renumber_checks, only: renumber_and_check
    use test_meshes, only: smallest_angle
    implicit none
 
@@ -25,8 +26,8 @@ program random_events
    integer, parameter :: most_attempts = 60, attempts_to_the_end = 2000, in_vain = 60
    !> elements of the largest body that is split to its end, and of those of which less is asked
    integer, parameter :: small_body = 60, large_body = 1000, attempts_of_large = 15
-   !> how often elements are taken out instead
-   real(wp), parameter :: removals = 0.02_wp
+   !> how often elements are taken out instead, and how often the mesh is numbered anew
+   real(wp), parameter :: removals = 0.02_wp, renumberings = 0.02_wp
 
    !> what a sequence is asked for
    type :: sequence_t
@@ -38,7 +39,7 @@ program random_events
       logical :: to_the_end = .false.
    end type sequence_t
 
-   integer :: first, runs, seed, done, kinds(4), removed, ended, events_of(n_shapes), largest_mesh, most_events
+   integer :: first, runs, seed, done, kinds(4), removed, renumbered, ended, events_of(n_shapes), largest_mesh, most_events
    integer, allocatable :: only(:, :)
    logical :: trace
    real(wp) :: jump
@@ -47,6 +48,7 @@ program random_events
    done = 0
    kinds = 0
    removed = 0
+   renumbered = 0
    ended = 0
    events_of = 0
    largest_mesh = 0
@@ -55,9 +57,9 @@ program random_events
    do seed = first, first + runs - 1
       call run_sequence(seed)
    end do
-   write (output_unit, '(i0, a, i0, a, i0, a, i0, a, 5(i0, a))') done, ' random events in ', runs, ' sequences (seeds ', first, &
+   write (output_unit, '(i0, a, i0, a, i0, a, i0, a, 6(i0, a))') done, ' random events in ', runs, ' sequences (seeds ', first, &
       ' to ', first + runs - 1, '): types I, II, III, edge ', kinds(1), ', ', kinds(2), ', ', kinds(3), ', ', kinds(4), &
-      ', removals ', removed, '; every invariant kept after each'
+      ', removals ', removed, ', new numbers ', renumbered, '; every invariant kept after each'
    write (output_unit, '(i0, a, i0, a, i0, a)') ended, ' sequences went on until nothing could split; the longest had ', &
       most_events, ' events, the largest mesh ', largest_mesh, ' elements'
    write (output_unit, '(a, es8.2)') 'largest jump of nodal forces over an event / largest force: ', jump
@@ -180,11 +182,11 @@ contains
    end subroutine begin
 
    !> One attempt: a split as a run would choose it, at a random node in a random state of stress; now and then one that the
-   !> body itself asks for, or a removal of elements.
+   !> body itself asks for, a removal of elements, or new numbers for all there is.
    subroutine make_attempt(sequence, attempt, found)
       type(sequence_t), intent(inout) :: sequence
       integer, intent(in) :: attempt
-      !> there was something to split, or to remove
+      !> there was something to split, to remove or to number anew
       logical, intent(out) :: found
       type(draws_t) :: draws
       type(split_t) :: split
@@ -193,6 +195,10 @@ contains
       what = draws%next()
       if (what < removals) then
          call remove_some(sequence, draws, attempt, found)
+         return
+      end if
+      if (what < removals + renumberings) then
+         call number_anew(sequence, attempt, found)
          return
       end if
       call shake_contact(sequence, draws)
@@ -371,6 +377,24 @@ contains
          done = done + 1
       end associate
    end subroutine remove_some
+
+   !> Number the mesh anew: the body of before in other numbers.
+   subroutine number_anew(sequence, attempt, found)
+      type(sequence_t), intent(inout) :: sequence
+      integer, intent(in) :: attempt
+      !> some node has another number
+      logical, intent(out) :: found
+      character(len=:), allocatable :: problem
+      associate (model => sequence%body%model)
+         call renumber_and_check(model, sequence%seed, attempt, found, problem)
+         if (len(problem) == 0) call check_invariants(model%mesh, sequence%baseline, problem)
+         if (len(problem) == 0) call check_anew(model, problem)
+      end associate
+      if (len(problem) > 0) call fail(sequence, attempt, 'after new numbers: '//problem)
+      if (.not. found) return
+      renumbered = renumbered + 1
+      done = done + 1
+   end subroutine number_anew
 
    !> Say what is wrong, with the smallest prefix and the command that shows it.
    subroutine fail(sequence, attempt, problem, split)

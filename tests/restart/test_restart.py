@@ -35,6 +35,7 @@ CASES = {
     "damping": (GOOD / "relaxation.inp", [], "KINETIC, LOCAL, VISCOUS"),
     "cracks": (GOOD / "cracks_anywhere.inp", [], "cracks from the start"),
     "pressure": (GOOD / "loads.inp", [], "loads that follow"),
+    "grown": (GOOD / "grown.inp", [], "new numbers as the mesh grows, then removal, loads on single nodes and faces"),
 }
 
 
@@ -124,6 +125,20 @@ def test_cut_often(name, whole, tmp_path):
         pieces += 1
     assert done.returncode == 0 and pieces == 7, done.stderr
     assert done.digests == uncut.digests
+    assert_same(tmp_path, results)
+
+
+def test_cut_behind_new_numbers(whole, tmp_path):
+    """The mesh was numbered anew before the cut; what the next step names is found, by other threads too."""
+    deck, uncut, results = whole("grown")
+    assert uncut.stdout.count("numbered anew") == 1
+    text = uncut.stdout.split("numbered anew")[1]
+    assert "elements removed" in text
+    first = cut(int(0.6 * uncut.asked), deck, "--output", tmp_path, "--job", "j", "--quiet", threads=2)
+    assert "numbered anew" in first.stdout and "elements removed" not in first.stdout
+    rest = cut(0, "--restart", tmp_path / "j.rst.h5", "--quiet")
+    assert "numbered anew" not in rest.stdout and "elements removed" in rest.stdout
+    assert rest.digests == uncut.digests
     assert_same(tmp_path, results)
 
 

@@ -1,6 +1,6 @@
 !> New numbers of nodes and elements: after what a step takes out of the body when it begins (*MODEL CHANGE), and where
 !> splitting has appended so much that the relaxation step would suffer.
-submodule(rf_simulation) rf_excavation
+submodule(rf_simulation) rf_new_numbers
    use rf_loads, only: renumber_definition
    use rf_removal_input, only: mark_removed, renumber_removal
    use rf_renumber, only: renumbering_t
@@ -34,6 +34,8 @@ contains
       class(simulation_t), intent(inout) :: self
       type(renumbering_t) :: map
       if (.not. self%model%has_grown()) return
+      call self%log%line('step '//to_text(self%position%step)//': numbered anew, as the mesh has grown by '// &
+                         to_text(self%model%mesh%n_nodes - self%model%mesh%n_numbered_nodes)//' nodes')
       call self%model%renumber(map)
       call renumber_definition(self%loads, map)
       call renumber_removal(self%removals, map)
@@ -52,4 +54,4 @@ contains
       end associate
    end subroutine note_lost_monitors
 
-end submodule rf_excavation
+end submodule rf_new_numbers
