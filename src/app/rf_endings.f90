@@ -62,9 +62,16 @@ contains
    !> The node with the largest force on it.
    pure integer function most_forced_node(model) result(node)
       type(model_t), intent(in) :: model
-      associate (n => model%mesh%n_nodes, motion => model%motion)
-         node = maxloc(max(abs(model%loads%px(:n) - motion%fx(:n)), abs(model%loads%py(:n) - motion%fy(:n))), dim=1)
-      end associate
+      real(wp) :: force, largest
+      integer :: n
+      node = 1
+      largest = -1
+      do n = 1, model%mesh%n_nodes
+         force = maxval(abs(model%loads%acting_at(n) - [model%motion%fx(n), model%motion%fy(n)]))
+         if (.not. force > largest) cycle      ! not numbers either
+         largest = force
+         node = n
+      end do
    end function most_forced_node
 
 end submodule rf_endings

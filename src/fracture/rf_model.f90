@@ -66,7 +66,7 @@ module rf_model
       type(baseline_t), private :: baseline
    contains
       procedure :: prepare, equilibrate, accept, split, remove, has_grown, renumber, watch_slip, watch_softening
-      procedure, private :: check, follow_parted, carry_all
+      procedure, private :: check, follow_parted, carry_all, find_pairs, keep_forces
       procedure :: exchange
    end type model_t
 
@@ -83,7 +83,7 @@ contains
       self%rows%with_sums = self%dynamics%wanted
       call self%rows%build(self%mesh, self%material)
       call self%motion%reserve(self%mesh%n_nodes)
-      call self%contact%rebuild(self%mesh, self%material, self%motion)
+      call self%find_pairs()
       call self%pieces%find(self%mesh)
       call self%energy%prepare(self%loads, self%mesh%n_nodes)
       if (self%dynamics%wanted) call self%dynamics%prepare(self%mesh%n_nodes)
@@ -92,6 +92,21 @@ contains
       allocate (self%reaction(2, 0))
       if (checked_build) call take_baseline(self%mesh, self%baseline)
    end subroutine prepare
+
+   !> Contact pairs of the mesh as it is.
+   subroutine find_pairs(self, changes)
+      class(model_t), intent(inout) :: self
+      !> of the last split (absent: all pairs anew)
+      type(changes_t), intent(in), optional :: changes
+      call self%contact%rebuild(self%mesh, self%material, self%motion, changes)
+      call self%keep_forces()
+   end subroutine find_pairs
+
+   !> The kernel of the pairs asks for the force on every node, as time steps do.
+   subroutine keep_forces(self)
+      class(model_t), intent(inout) :: self
+      if (self%contact%n_pairs > 0 .or. self%dynamics%wanted) call self%loads%keep_forces()
+   end subroutine keep_forces
 
    !> Relax at the present loads. An interruption leaves the relaxation `under_way`.
    subroutine equilibrate(self, tolerance, interruption)
@@ -170,6 +185,7 @@ contains
       call self%loads%follow(self%mesh, self%material, self%changes, fraction, time)
       call self%rows%update(self%mesh, self%material, self%changes)
       call self%contact%follow(self%mesh, self%material, self%motion, self%changes)
+      call self%keep_forces()
       call self%pieces%follow(self%mesh, self%changes)
       call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
       call self%failure%adopt(self%mesh, self%changes)
@@ -243,7 +259,7 @@ contains
       call self%carry_all(map, exposed=[integer ::])
       call self%changes%clear()
       call self%rows%build(self%mesh, self%material)
-      call self%contact%rebuild(self%mesh, self%material, self%motion)
+      call self%find_pairs()
       call self%pieces%find(self%mesh)
       call self%watch%stop()
       if (checked_build) call self%check()
@@ -258,7 +274,7 @@ contains
       call self%material%initial%nodal_forces(self%mesh, self%material%section%thickness, self%loads%initial)
       call self%loads%gather(self%mesh, self%material)
       call self%rows%build(self%mesh, self%material)
-      call self%contact%rebuild(self%mesh, self%material, self%motion, self%changes)
+      call self%find_pairs(self%changes)
       call self%pieces%find(self%mesh)
       call self%failure%adopt(self%mesh, self%changes)
       call self%failure%shield(self%mesh, self%contact%bonds())

@@ -3,7 +3,7 @@
 !> convergence. Pairs belong to the block of nodes of their lowest node and are worked on by the thread that moved it, whose
 !> caches hold it. No result depends on the number of threads.
 module rf_contact_k
-   use rf_kinds, only: wp
+   use rf_kinds, only: wp, i1
    use rf_step_k, only: blocks_for_threads, lanes
    use rf_cohesive_k, only: cohesive_pair_t, solve_pair
    implicit none
@@ -64,7 +64,8 @@ contains
       !> factor of r/m in the velocity update: a force F is the impulse b F
       real(wp), intent(in) :: b
       !> per node: see relaxation_step
-      real(wp), intent(in), contiguous :: free_x(:), free_y(:), px(:), py(:), fx(:), fy(:), ux(:), uy(:)
+      integer(i1), intent(in), contiguous :: free_x(:), free_y(:)
+      real(wp), intent(in), contiguous :: px(:), py(:), fx(:), fy(:), ux(:), uy(:)
       real(wp), intent(inout), contiguous :: wx(:), wy(:), vx(:), vy(:)
       !> normal and tangential impulse of each pair, (2, pairs)
       real(wp), intent(inout), contiguous :: impulse(:, :)
@@ -164,7 +165,8 @@ contains
       real(wp), intent(in) :: gap_reference(*), cap(2, *), critical(2, *), damage(*), mobility(2, *), counted(2, *)
       real(wp), intent(in) :: coupling(lanes, *)
       logical, intent(in) :: bonded(*), rigid(*)
-      real(wp), intent(in) :: tolerance, warm, b, free_x(*), free_y(*), px(*), py(*), fx(*), fy(*), ux(*), uy(*)
+      integer(i1), intent(in) :: free_x(*), free_y(*)
+      real(wp), intent(in) :: tolerance, warm, b, px(*), py(*), fx(*), fy(*), ux(*), uy(*)
       real(wp), intent(inout) :: wx(*), wy(*), vx(*), vy(*), impulse(2, *), cohesive(2, *), separation(*)
       real(wp), intent(inout) :: force(2, *), jump(2, *), kick(2, *), sums(2)
       integer :: g
@@ -365,7 +367,8 @@ contains
    subroutine move_nodes(first, last, first_node, last_node, node, pair_node, normal, mobility, counted, b, free_x, free_y, &
                          px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, force, sums)
       integer, intent(in) :: first, last, first_node, last_node, node(*), pair_node(2, *)
-      real(wp), intent(in) :: normal(2, *), mobility(2, *), counted(2, *), b, free_x(*), free_y(*), px(*), py(*), fx(*), fy(*)
+      integer(i1), intent(in) :: free_x(*), free_y(*)
+      real(wp), intent(in) :: normal(2, *), mobility(2, *), counted(2, *), b, px(*), py(*), fx(*), fy(*)
       real(wp), intent(in) :: ux(*), uy(*), impulse(2, *)
       real(wp), intent(inout) :: wx(*), wy(*), vx(*), vy(*), force(2, *), sums(2)
       real(wp) :: f(2), x, y

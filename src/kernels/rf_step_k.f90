@@ -5,7 +5,7 @@
 !> Every sum has a fixed order: along a row, then inside a block, then over the blocks; the number of threads does not
 !> show.
 module rf_step_k
-   use rf_kinds, only: wp
+   use rf_kinds, only: wp, i1
    implicit none
    private
    public :: relaxation_step, internal_forces
@@ -21,6 +21,8 @@ module rf_step_k
    integer, parameter :: blocks_for_threads = 4
    !> what a block without contact nodes has as `measured`: stays in the first-level cache
    real(wp), parameter :: all_measured(block_size) = 1.0_wp
+   !> forces on a block's nodes where none act: likewise
+   real(wp), parameter :: no_force(block_size) = 0.0_wp
 
 contains
 
@@ -63,27 +65,70 @@ contains
       end do
    end subroutine block_forces
 
+   !> The same with kxy for kyx.
+   subroutine symmetric_forces(n_slices, slice, order, column, kxx, kxy, kyy, ux, uy, fx, fy)
+      !> see block_forces
+      integer, intent(in) :: n_slices, slice(*), order(lanes, *), column(lanes, *)
+      real(wp), intent(in) :: kxx(lanes, *), kxy(lanes, *), kyy(lanes, *), ux(*), uy(*)
+      real(wp), intent(out) :: fx(lanes, slices), fy(lanes, slices)
+      real(wp) :: own_x(lanes), own_y(lanes), sum_x(lanes), sum_y(lanes), dx, dy
+      integer :: s, p, l
+      do s = 1, n_slices
+         do l = 1, lanes
+            own_x(l) = ux(order(l, s))
+            own_y(l) = uy(order(l, s))
+         end do
+         sum_x = 0
+         sum_y = 0
+         do p = slice(s), slice(s + 1) - 1
+            !$omp simd private(dx, dy)
+            do l = 1, lanes
+               dx = ux(column(l, p)) - own_x(l)
+               dy = uy(column(l, p)) - own_y(l)
+               sum_x(l) = sum_x(l) + (kxx(l, p)*dx + kxy(l, p)*dy)
+               sum_y(l) = sum_y(l) + (kxy(l, p)*dx + kyy(l, p)*dy)
+            end do
+         end do
+         fx(:, s) = sum_x
+         fy(:, s) = sum_y
+      end do
+   end subroutine symmetric_forces
+
    !> Forces of one block's nodes in the order of the nodes.
-   subroutine forces_in_order(n, base, slice, order, column, kxx, kxy, kyx, kyy, ux, uy, fx, fy)
+   subroutine forces_in_order(n, base, slice, order, column, kxx, kxy, kyx, kyy, n_skew, skew_edge, skew, ux, uy, fx, fy)
       !> nodes of the block, the first of them
       integer, intent(in) :: n, base
-      !> see block_forces
+      !> see block_forces; kyx of size 0: kxy is both
       integer, intent(in) :: slice(:), order(block_size)
       integer, intent(in), contiguous :: column(:, :)
       real(wp), intent(in), contiguous :: kxx(:, :), kxy(:, :), kyx(:, :), kyy(:, :)
+      !> entries that are not symmetric; node and neighbour of each, half of kxy - kyx [force/length]
+      integer, intent(in) :: n_skew, skew_edge(2, *)
+      real(wp), intent(in) :: skew(*)
       real(wp), intent(in) :: ux(*), uy(*)
       real(wp), intent(out) :: fx(block_size), fy(block_size)
       real(wp) :: gx(block_size), gy(block_size)
-      integer :: k
-      call block_forces((n - 1)/lanes + 1, slice, order, column, kxx, kxy, kyx, kyy, ux, uy, gx, gy)
+      integer :: k, i, j
+      if (size(kyx) > 0) then
+         call block_forces((n - 1)/lanes + 1, slice, order, column, kxx, kxy, kyx, kyy, ux, uy, gx, gy)
+      else
+         call symmetric_forces((n - 1)/lanes + 1, slice, order, column, kxx, kxy, kyy, ux, uy, gx, gy)
+      end if
       do k = 1, n
          fx(order(k) - base + 1) = gx(k)
          fy(order(k) - base + 1) = gy(k)
       end do
+      do k = 1, n_skew
+         i = skew_edge(1, k)
+         j = skew_edge(2, k)
+         fx(i - base + 1) = fx(i - base + 1) + skew(k)*(uy(j) - uy(i))
+         fy(i - base + 1) = fy(i - base + 1) - skew(k)*(ux(j) - ux(i))
+      end do
    end subroutine forces_in_order
 
    !> Internal forces of all nodes.
-   subroutine internal_forces(n_blocks, first, count, slice, order, column, kxx, kxy, kyx, kyy, ux, uy, fx, fy)
+   subroutine internal_forces(n_blocks, first, count, slice, order, column, kxx, kxy, kyx, kyy, skew_start, skew_count, &
+                              skew_edge, skew, ux, uy, fx, fy)
       integer, intent(in) :: n_blocks
       !> first node and number of nodes of each block
       integer, intent(in) :: first(:), count(:)
@@ -91,20 +136,26 @@ contains
       integer, intent(in), contiguous :: slice(:, :)
       !> node of each row, (block_size, block); neighbour of each entry, (lanes, entry)
       integer, intent(in), contiguous :: order(:, :), column(:, :)
-      !> stiffness of each entry [force/length], (lanes, entry)
+      !> stiffness of each entry [force/length], (lanes, entry); kyx of size 0: kxy is both but for the entries that are
+      !> not symmetric
       real(wp), intent(in), contiguous :: kxx(:, :), kxy(:, :), kyx(:, :), kyy(:, :)
+      !> those entries: the first and the number of each block; node and neighbour of each, half of kxy - kyx [force/length]
+      integer, intent(in), contiguous :: skew_start(:), skew_count(:), skew_edge(:, :)
+      real(wp), intent(in), contiguous :: skew(:)
       real(wp), intent(in), contiguous :: ux(:), uy(:)
       !> forces [force], (nodes)
       real(wp), intent(inout) :: fx(:), fy(:)
       real(wp) :: gx(block_size), gy(block_size)
       integer :: b, base, n
       !$omp parallel do default(none) schedule(static) if (n_blocks >= blocks_for_threads) &
-      !$omp    shared(n_blocks, first, count, slice, order, column, kxx, kxy, kyx, kyy, ux, uy, fx, fy) &
+      !$omp    shared(n_blocks, first, count, slice, order, column, kxx, kxy, kyx, kyy, skew_start, skew_count, skew_edge, &
+      !$omp           skew, ux, uy, fx, fy) &
       !$omp    private(b, base, n, gx, gy)
       do b = 1, n_blocks
          base = first(b)
          n = count(b)
-         call forces_in_order(n, base, slice(:, b), order(:, b), column, kxx, kxy, kyx, kyy, ux, uy, gx, gy)
+         call forces_in_order(n, base, slice(:, b), order(:, b), column, kxx, kxy, kyx, kyy, skew_count(b), &
+                              skew_edge(:, skew_start(b):), skew(skew_start(b):), ux, uy, gx, gy)
          fx(base:base + n - 1) = gx(:n)
          fy(base:base + n - 1) = gy(:n)
       end do
@@ -114,7 +165,8 @@ contains
    !> One relaxation step of all nodes: v <- a v + b r/m, new u = u + v, r = p - f (theory: eqs. 7 to 9).
    !> Blocks flagged as special hold supports or loose pieces, or damp locally; the others run the plain update.
    subroutine relaxation_step(n_nodes, n_blocks, first, count, special, touching, slice, order, column, kxx, kxy, kyx, kyy, &
-                              a, b, local, ux, uy, wx, wy, vx, vy, fx, fy, px, py, inverse_mass, &
+                              skew_start, skew_count, skew_edge, skew, a, b, local, ux, uy, wx, wy, vx, vy, fx, fy, px, py, &
+                              inverse_mass, &
                               free_x, free_y, paced, measured, keep, partial)
       integer, intent(in) :: n_nodes, n_blocks
       !> first node and number of nodes of each block
@@ -126,6 +178,8 @@ contains
       !> see internal_forces
       integer, intent(in), contiguous :: slice(:, :), order(:, :), column(:, :)
       real(wp), intent(in), contiguous :: kxx(:, :), kxy(:, :), kyx(:, :), kyy(:, :)
+      integer, intent(in), contiguous :: skew_start(:), skew_count(:), skew_edge(:, :)
+      real(wp), intent(in), contiguous :: skew(:)
       !> factors of velocity and of residual in the update [-], local damping [-]
       real(wp), intent(in) :: a, b, local
       !> displacements now and after the step [length]
@@ -135,12 +189,12 @@ contains
       real(wp), intent(inout) :: vx(n_nodes), vy(n_nodes)
       !> internal forces of the last step, on return of this one [force]
       real(wp), intent(inout) :: fx(n_nodes), fy(n_nodes)
-      !> applied nodal forces [force]
-      real(wp), intent(in) :: px(n_nodes), py(n_nodes)
+      !> applied nodal forces [force]; arrays of size 0 where there are none (then no block is `touching`)
+      real(wp), intent(in), contiguous :: px(:), py(:)
       !> 1/m of each node
       real(wp), intent(in) :: inverse_mass(n_nodes)
       !> 1 where a direction is free, 0 where it is supported
-      real(wp), intent(in) :: free_x(n_nodes), free_y(n_nodes)
+      integer(i1), intent(in) :: free_x(n_nodes), free_y(n_nodes)
       !> 1 where the node's motion enters the damping sums, 0 on pieces free to move as a whole; here and in the next two: an
       !> array of size 0 where all nodes have 1
       real(wp), intent(in), contiguous :: paced(:)
@@ -155,27 +209,37 @@ contains
       integer :: base, n, j
 
       !$omp parallel do default(none) schedule(static) if (n_blocks >= blocks_for_threads) &
-      !$omp    shared(n_blocks, first, count, special, touching, slice, order, column, kxx, kxy, kyx, kyy, ux, uy, &
-      !$omp           wx, wy, vx, vy, fx, fy, px, py, inverse_mass, free_x, free_y, paced, measured, keep, partial, &
-      !$omp           a, b, local) private(j, base, n, gx, gy, own_paced, own_measured, own_keep)
+      !$omp    shared(n_blocks, first, count, special, touching, slice, order, column, kxx, kxy, kyx, kyy, skew_start, &
+      !$omp           skew_count, skew_edge, skew, ux, uy, wx, wy, vx, vy, fx, fy, px, py, inverse_mass, free_x, free_y, &
+      !$omp           paced, measured, keep, partial, a, b, local) private(j, base, n, gx, gy, own_paced, own_measured, own_keep)
       do j = 1, n_blocks
          base = first(j)
          n = count(j)
-         call forces_in_order(n, base, slice(:, j), order(:, j), column, kxx, kxy, kyx, kyy, ux, uy, gx, gy)
+         call forces_in_order(n, base, slice(:, j), order(:, j), column, kxx, kxy, kyx, kyy, skew_count(j), &
+                              skew_edge(:, skew_start(j):), skew(skew_start(j):), ux, uy, gx, gy)
          if (special(j)) then
             call part_of(paced, base, n, own_paced)
             call part_of(measured, base, n, own_measured)
             call part_of(keep, base, n, own_keep)
-            call general_update(n, a, b, local, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
-                                fx(base), fy(base), px(base), py(base), inverse_mass(base), free_x(base), free_y(base), &
-                                own_paced, own_measured, own_keep, partial(:, j))
+            if (size(px) > 0) then
+               call general_update(n, a, b, local, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
+                                   fx(base), fy(base), px(base:), py(base:), inverse_mass(base), free_x(base), free_y(base), &
+                                   own_paced, own_measured, own_keep, partial(:, j))
+            else
+               call general_update(n, a, b, local, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
+                                   fx(base), fy(base), no_force, no_force, inverse_mass(base), free_x(base), free_y(base), &
+                                   own_paced, own_measured, own_keep, partial(:, j))
+            end if
          else if (touching(j)) then
             call part_of(measured, base, n, own_measured)
             call plain_update(n, a, b, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
-                              fx(base), fy(base), px(base), py(base), inverse_mass(base), own_measured, partial(:, j))
+                              fx(base), fy(base), px(base:), py(base:), inverse_mass(base), own_measured, partial(:, j))
+         else if (size(px) > 0) then
+            call plain_update(n, a, b, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
+                              fx(base), fy(base), px(base:), py(base:), inverse_mass(base), all_measured, partial(:, j))
          else
             call plain_update(n, a, b, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
-                              fx(base), fy(base), px(base), py(base), inverse_mass(base), all_measured, partial(:, j))
+                              fx(base), fy(base), no_force, no_force, inverse_mass(base), all_measured, partial(:, j))
          end if
       end do
       !$omp end parallel do
@@ -226,7 +290,8 @@ contains
                              free_x, free_y, paced, measured, keep, sums)
       integer, intent(in) :: n
       real(wp), intent(in) :: a, b, local, gx(n), gy(n), ux(n), uy(n), px(n), py(n), inverse_mass(n)
-      real(wp), intent(in) :: free_x(n), free_y(n), paced(n), measured(n), keep(n)
+      integer(i1), intent(in) :: free_x(n), free_y(n)
+      real(wp), intent(in) :: paced(n), measured(n), keep(n)
       real(wp), intent(inout) :: wx(n), wy(n), vx(n), vy(n), fx(n), fy(n)
       real(wp), intent(out) :: sums(n_sums)
       real(wp) :: curvature, kinetic, residual, reaction, x, y

@@ -1,7 +1,7 @@
 !> Contact of crack faces: pairs of nodes that were one, with Coulomb friction (Qiu & Ding 2007, section 2.1, after
 !> Katona 1983). Here the pairs are found from the cracked edges and kept over splits; rf_contact_k finds the impulses.
 module rf_contact
-   use rf_kinds, only: wp, i8
+   use rf_kinds, only: wp, i1, i8
    use rf_archive, only: archive_t
    use rf_disjoint, only: singletons, find_root, unite
    use rf_grow, only: grow
@@ -595,7 +595,8 @@ contains
    subroutine weigh(self, inverse_mass, free_x, free_y)
       class(contact_t), intent(inout) :: self
       !> 1/m, and 1 where a direction is free, else 0, (nodes)
-      real(wp), intent(in) :: inverse_mass(:), free_x(:), free_y(:)
+      real(wp), intent(in) :: inverse_mass(:)
+      integer(i1), intent(in) :: free_x(:), free_y(:)
       integer :: p, a, b
       real(wp) :: sx, sy
       do p = 1, self%n_pairs
@@ -619,12 +620,13 @@ contains
       !> nodes of the mesh
       integer, intent(in) :: n_nodes
       !> see weigh; 1 where a node's residual counts, else 0, (nodes)
-      real(wp), intent(in) :: inverse_mass(:), free_x(:), free_y(:), counted(:)
+      real(wp), intent(in) :: inverse_mass(:), counted(:)
+      integer(i1), intent(in) :: free_x(:), free_y(:)
       integer :: c, n, g, k, p
       do c = 1, self%n_nodes
          n = self%node(c)
          self%mobility(:, c) = [free_x(n), free_y(n)]*inverse_mass(n)
-         self%counted(:, c) = [free_x(n), 1 - free_x(n)]
+         self%counted(:, c) = [free_x(n), 1_i1 - free_x(n)]
          if (size(counted) > 0) self%counted(:, c) = counted(n)*self%counted(:, c)
       end do
       do p = 1, self%n_pairs
@@ -643,7 +645,7 @@ contains
             cycle
          end if
          self%block_lone(k + 1) = self%block_lone(k + 1) + 1
-         if (self%cohesive%bonded(g) .or. any(abs(free_x(self%pair(:, g)) - free_y(self%pair(:, g))) > 0)) &
+         if (self%cohesive%bonded(g) .or. any(free_x(self%pair(:, g)) /= free_y(self%pair(:, g)))) &
             self%ordinary(k) = .false.
       end do
       self%block_lone(1) = 1

@@ -4,7 +4,7 @@ module rf_cst
    use rf_kinds, only: wp
    implicit none
    private
-   public :: elasticity_t, elasticity, gradients, strain, stress, stiffness_block, corner_forces
+   public :: elasticity_t, elasticity, gradients, strain, stress, stiffness_block, stiffness_skew, corner_forces
 
    !> Isotropic elasticity of a section, reduced to the plane.
    type :: elasticity_t
@@ -80,6 +80,13 @@ contains
       k(2, 1) = law%lateral*gi(2)*gj(1) + law%shear*gi(1)*gj(2)
       k(2, 2) = law%direct*gi(2)*gj(2) + law%shear*gi(1)*gj(1)
    end function stiffness_block
+
+   !> Half of xy - yx of the stiffness between a corner and the next one, counter-clockwise, without thickness [stress]: the
+   !> same whatever the triangle's shape; between a corner and the one before it the opposite (theory: eq. 5a).
+   pure real(wp) function stiffness_skew(law)
+      type(elasticity_t), intent(in) :: law
+      stiffness_skew = 0.25_wp*(law%lateral - law%shear)
+   end function stiffness_skew
 
    !> Forces on the three corners that hold a stress: f = t A B^T sigma [force], (2, 3).
    pure function corner_forces(gradient, volume, sigma) result(f)

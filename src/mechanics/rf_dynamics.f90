@@ -307,7 +307,8 @@ contains
       end do
       if (self%forces_vary) call add_work(n, loads, motion, 0.5_wp*self%last_time_step/self%time_step, energy)
       call relaxation_step(n, rows%n_blocks, rows%first, rows%count, self%special, self%touching, rows%slice, rows%order, &
-                           rows%column, rows%kxx, rows%kxy, rows%kyx, rows%kyy, 1.0_wp, 1.0_wp, 0.0_wp, motion%ux, motion%uy, &
+                           rows%column, rows%kxx, rows%kxy, rows%kyx, rows%kyy, rows%skew_start, rows%skew_count, rows%skew_edge, &
+                           rows%skew, 1.0_wp, 1.0_wp, 0.0_wp, motion%ux, motion%uy, &
                            motion%wx, motion%wy, motion%vx, motion%vy, motion%fx, motion%fy, loads%px, loads%py, &
                            self%inverse_mass, loads%free_x, loads%free_y, self%ones, self%ones, self%keep, self%partial)
       call self%drive(motion)

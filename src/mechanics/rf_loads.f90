@@ -3,7 +3,7 @@
 !> Supports and nodal forces are kept per node, pressures per face (through mesh%face_tag, which every split keeps),
 !> gravity per element. Without amplitude a value runs linearly from where the last step left it.
 module rf_loads
-   use rf_kinds, only: wp, i8
+   use rf_kinds, only: wp, i1, i8
    use rf_archive, only: archive_t
    use rf_grow, only: grow
    use rf_sort, only: sorted_order
@@ -65,7 +65,7 @@ module rf_loads
 
    type :: loads_t
       !> nodal forces that act now against the internal forces K u: applied forces less those of the initial stress [force],
-      !> (nodes)
+      !> (nodes); of size 0 as long as nothing but supports acts and nobody else needs them (acting_at, keep_forces)
       real(wp), allocatable :: px(:), py(:)
       !> applied nodal forces now: forces, pressures, gravity [force], (2, nodes); not allocated where there is no initial
       !> stress: then px, py are they (force_at)
@@ -73,7 +73,7 @@ module rf_loads
       !> internal forces of the initial stress (rf_initial_stress) [force], (2, nodes); not allocated if there is none
       real(wp), allocatable :: initial(:, :)
       !> 1 where a direction is free, 0 where it is supported, (nodes)
-      real(wp), allocatable :: free_x(:), free_y(:)
+      integer(i1), allocatable :: free_x(:), free_y(:)
       type(amplitude_t), allocatable :: amplitudes(:)
       !> how the directions of nodes with supports run, (2, supported nodes); their displacement now [length], (2, supported
       !> nodes); place of each node among them (0: it has no support), (nodes)
@@ -101,7 +101,8 @@ module rf_loads
       integer, allocatable :: touched(:)
    contains
       procedure :: prepare, know_faces, begin_step, apply, apply_supports, apply_forces, gather, adopt, renumber, add_falling
-      procedure :: follow, is_held, forces_vary, support_at, prescribed, at_support, scale, force_at, any_force
+      procedure :: follow, is_held, forces_vary, support_at, prescribed, at_support, scale, force_at, acting_at
+      procedure :: any_force, keep_forces
       procedure, private :: act, drop, acting_index, join, release, spread, tag_faces, new_tag, press_exposed, wake_faces
       procedure, private :: add_nodal_forces, add_pressures, add_gravity
       procedure, private :: value_at, pressure_of
@@ -152,18 +153,19 @@ contains
       integer, intent(in) :: n
       integer :: old
       old = 0
-      if (allocated(self%px)) old = size(self%px)
+      if (allocated(self%free_x)) old = size(self%free_x)
       if (old >= n) return
-      call grow(self%px, n)
-      call grow(self%py, n)
+      if (.not. allocated(self%px)) allocate (self%px(0), self%py(0))
+      if (size(self%px) > 0) call grow(self%px, n)
+      if (size(self%py) > 0) call grow(self%py, n)
       call grow(self%free_x, n)
       call grow(self%free_y, n)
       call grow(self%place, n)
       if (allocated(self%applied)) call grow(self%applied, n, 2)
       if (allocated(self%ends)) call grow(self%ends, n, 2)
       if (.not. allocated(self%support)) allocate (self%support(2, 0), self%displacement(2, 0))
-      self%free_x(old + 1:) = 1
-      self%free_y(old + 1:) = 1
+      self%free_x(old + 1:) = 1_i1
+      self%free_y(old + 1:) = 1_i1
    end subroutine reserve_nodes
 
    !> A place among the supports for a node that has none: its directions stay where they are.
@@ -194,9 +196,25 @@ contains
       if (allocated(self%applied)) then
          force = self%applied(:, node)
       else
-         force = [self%px(node), self%py(node)]
+         force = self%acting_at(node)
       end if
    end function force_at
+
+   !> Force that acts on a node now against its internal force [force].
+   pure function acting_at(self, node) result(force)
+      class(loads_t), intent(in) :: self
+      integer, intent(in) :: node
+      real(wp) :: force(2)
+      force = 0
+      if (size(self%px) > 0) force = [self%px(node), self%py(node)]
+   end function acting_at
+
+   !> Keep the force on every node from now on, zero or not.
+   subroutine keep_forces(self)
+      class(loads_t), intent(inout) :: self
+      call grow(self%px, size(self%free_x))
+      call grow(self%py, size(self%free_x))
+   end subroutine keep_forces
 
    !> Whether anything but supports acts, or has acted.
    pure logical function any_force(self)
@@ -217,7 +235,7 @@ contains
    pure logical function is_held(self, dof, node)
       class(loads_t), intent(in) :: self
       integer, intent(in) :: dof, node
-      is_held = merge(self%free_x(node), self%free_y(node), dof == 1) < 0.5_wp
+      is_held = merge(self%free_x(node), self%free_y(node), dof == 1) == 0_i1
    end function is_held
 
    !> Start a step: everything that acts goes on from its present value; the step's definitions replace or join it.
@@ -286,8 +304,8 @@ contains
          do dof = 1, 2
             if (.not. self%is_held(dof, n)) cycle
             if (is_named(self, definitions, mesh, n, dof)) cycle
-            if (dof == 1) self%free_x(n) = 1
-            if (dof == 2) self%free_y(n) = 1
+            if (dof == 1) self%free_x(n) = 1_i1
+            if (dof == 2) self%free_y(n) = 1_i1
             call add_force(self, nodal_force_t(n, dof, 0, ramp_t(borne(dof), 0.0_wp, 0, borne(dof))))
          end do
       end do
@@ -336,8 +354,8 @@ contains
             self%support(dof, p)%to = (1 - part)*self%support(dof, a)%to + part*self%support(dof, b)%to
             self%support(dof, p)%amplitude = self%support(dof, a)%amplitude
             self%support(dof, p)%is_velocity = self%support(dof, a)%is_velocity
-            if (dof == 1) self%free_x(n) = 0
-            if (dof == 2) self%free_y(n) = 0
+            if (dof == 1) self%free_x(n) = 0_i1
+            if (dof == 2) self%free_y(n) = 0_i1
          end do
       end do
    end subroutine support_midpoints
@@ -401,8 +419,8 @@ contains
                self%support(dof, self%place(n))%to = definition%value
                self%support(dof, self%place(n))%amplitude = definition%amplitude
                self%support(dof, self%place(n))%is_velocity = definition%is_velocity
-               if (dof == 1) self%free_x(n) = 0
-               if (dof == 2) self%free_y(n) = 0
+               if (dof == 1) self%free_x(n) = 0_i1
+               if (dof == 2) self%free_y(n) = 0_i1
             end do
          end do
          return
@@ -632,6 +650,8 @@ contains
    pure real(wp) function scale(self, n_nodes)
       class(loads_t), intent(in) :: self
       integer, intent(in) :: n_nodes
+      scale = 0
+      if (size(self%px) == 0) return
       if (.not. allocated(self%applied)) then
          scale = sqrt(dot_product(self%px(:n_nodes), self%px(:n_nodes)) + dot_product(self%py(:n_nodes), self%py(:n_nodes)))
          return
@@ -742,6 +762,8 @@ contains
       type(material_t), intent(in) :: material
       self%sums = self%sums + 1
       self%fraction = -huge(1.0_wp)
+      if (self%any_force()) call self%keep_forces()
+      if (size(self%px) == 0) return
       self%px(:mesh%n_nodes) = 0
       self%py(:mesh%n_nodes) = 0
       call self%add_nodal_forces()
@@ -871,8 +893,8 @@ contains
                if (held) self%support(dof, self%place(n)) = mean_ramp(self%support(dof, self%place(a)), &
                                                                       self%support(dof, self%place(b)))
             end if
-            if (dof == 1) self%free_x(n) = merge(0.0_wp, 1.0_wp, held)
-            if (dof == 2) self%free_y(n) = merge(0.0_wp, 1.0_wp, held)
+            if (dof == 1) self%free_x(n) = merge(0_i1, 1_i1, held)
+            if (dof == 2) self%free_y(n) = merge(0_i1, 1_i1, held)
          end do
       end do
       do i = 1, changes%n_nodes
@@ -885,7 +907,7 @@ contains
       class(loads_t), intent(inout) :: self
       integer, intent(in) :: node, parent(2)
       logical, intent(in) :: on_boundary
-      if (parent(2) > 0 .and. on_boundary) call grow(self%ends, size(self%px), 2)
+      if (parent(2) > 0 .and. on_boundary) call grow(self%ends, size(self%place), 2)
       if (.not. allocated(self%ends)) return
       self%ends(:, node) = self%ends(:, parent(1))
       if (parent(2) > 0) self%ends(:, node) = merge(parent, 0, on_boundary)
@@ -896,8 +918,8 @@ contains
       class(loads_t), intent(inout) :: self
       type(renumbering_t), intent(in) :: map
       integer :: i, n, d
-      call carry(self%px, map%node_from)
-      call carry(self%py, map%node_from)
+      if (size(self%px) > 0) call carry(self%px, map%node_from)
+      if (size(self%py) > 0) call carry(self%py, map%node_from)
       call carry(self%applied, map%node_from)
       call carry(self%initial, map%node_from)
       call carry(self%free_x, map%node_from)

@@ -49,6 +49,7 @@ contains
       type(material_t), intent(in) :: material
       integer, allocatable :: around(:)
       integer :: i, node, n
+      if (size(self%px) == 0) return
       associate (touched => self%touched(:self%n_touched))
          self%px(touched) = 0
          self%py(touched) = 0

@@ -138,8 +138,8 @@ contains
       allocate (self%supported(self%n), self%loaded(self%n), self%slides(self%n), held(2, self%n), source=.false.)
       do n = 1, self%n_nodes
          p = self%of_node(n)
-         held(1, p) = held(1, p) .or. loads%free_x(n) < 0.5_wp
-         held(2, p) = held(2, p) .or. loads%free_y(n) < 0.5_wp
+         held(1, p) = held(1, p) .or. loads%is_held(1, n)
+         held(2, p) = held(2, p) .or. loads%is_held(2, n)
          if (maxval(abs(loads%force_at(n))) > 0) self%loaded(p) = .true.      ! an initial stress drives no piece as a whole
       end do
       if (present(bonds)) call share(self, bonds, held)

@@ -226,7 +226,8 @@ contains
       warm = merge(b/self%b, 0.0_wp, self%iterations > 0)      ! the same forces as in the step before
       self%b = b
       call relaxation_step(mesh%n_nodes, rows%n_blocks, rows%first, rows%count, self%special, self%touching, rows%slice, &
-                           rows%order, rows%column, rows%kxx, rows%kxy, rows%kyx, rows%kyy, a, b, local, &
+                           rows%order, rows%column, rows%kxx, rows%kxy, rows%kyx, rows%kyy, rows%skew_start, rows%skew_count, &
+                           rows%skew_edge, rows%skew, a, b, local, &
                            motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, motion%fx, motion%fy, &
                            loads%px, loads%py, rows%inverse_mass, loads%free_x, loads%free_y, self%paced, self%measured, &
                            self%keep, self%partial)
@@ -454,14 +455,16 @@ contains
       type(loads_t), intent(in) :: loads
       type(motion_t), intent(in) :: motion
       real(wp), allocatable, intent(inout) :: force(:, :)
+      real(wp) :: acting(2)
       integer :: n, p, c
       call grow(force, loads%n_supported, 2)
       force = 0
       do n = 1, mesh%n_nodes
          p = loads%place(n)
          if (p == 0) cycle
-         force(1, p) = (1 - loads%free_x(n))*(motion%fx(n) - loads%px(n))
-         force(2, p) = (1 - loads%free_y(n))*(motion%fy(n) - loads%py(n))
+         acting = loads%acting_at(n)
+         force(1, p) = (1 - loads%free_x(n))*(motion%fx(n) - acting(1))
+         force(2, p) = (1 - loads%free_y(n))*(motion%fy(n) - acting(2))
       end do
       do c = 1, contact%n_nodes
          n = contact%node(c)

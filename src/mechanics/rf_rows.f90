@@ -8,7 +8,7 @@ module rf_rows
    use rf_mesh, only: mesh_t
    use rf_topology, only: changes_t, elements_around, corner_of, next_corner, sort_ascending
    use rf_material, only: material_t
-   use rf_cst, only: gradients, stiffness_block
+   use rf_cst, only: gradients, stiffness_block, stiffness_skew
    use rf_step_k, only: block_size, lanes, slices
    implicit none
    private
@@ -18,6 +18,8 @@ module rf_rows
    real(wp), parameter :: mass_factor = 1.05_wp/4.0_wp
    !> room for entries that a block gets when it must move
    real(wp), parameter :: block_margin = 1.25_wp
+   !> numbers that a draft keeps of an entry
+   integer, parameter :: parts = 5
 
    type :: rows_t
       integer :: n_blocks = 0
@@ -30,6 +32,12 @@ module rf_rows
       !> neighbour of each entry; its stiffness [force/length], (lanes, entry)
       integer, allocatable :: column(:, :)
       real(wp), allocatable :: kxx(:, :), kxy(:, :), kyx(:, :), kyy(:, :)
+      !> Elements of a section are all alike: then K_ij is symmetric across edges inside the body (theory: eq. 5a). kxy is the
+      !> mean of kxy and kyx, kyx has size 0, and the entries that are not symmetric stand in a list of their own.
+      logical :: alike = .false.
+      !> that list: first one and number of them in each block; node and neighbour, (2, list); half of kxy - kyx [force/length]
+      integer, allocatable :: skew_start(:), skew_count(:), skew_edge(:, :)
+      real(wp), allocatable :: skew(:)
       !> the row sums are kept: dynamic steps need them
       logical :: with_sums = .false.
       !> largest of the node's two Gershgorin row sums, summed over its elements [force/length], (nodes)
@@ -38,17 +46,21 @@ module rf_rows
       real(wp), allocatable :: inverse_mass(:)
       !> place and room of each block among the entries
       integer, allocatable, private :: start(:), room(:)
-      integer, private :: n_entries = 0, n_nodes = 0
+      !> room of each block in the list of entries that are not symmetric
+      integer, allocatable, private :: skew_room(:)
+      integer, private :: n_entries = 0, n_skew = 0, n_nodes = 0
    contains
       procedure :: build, update
-      procedure, private :: build_row, place_block, load_block, size_blocks
+      procedure, private :: build_row, place_block, place_skew, load_block, size_blocks
       procedure :: exchange
    end type rows_t
 
-   !> rows of one block before they are laid out: neighbours of slot k are entries (k - 1) width + 1 ...
+   !> rows of one block before they are laid out
    type :: draft_t
       integer :: valence(block_size) = 0
+      !> neighbours of each node, (width, node)
       integer, allocatable :: column(:, :)
+      !> xx, xy, yx, yy of their stiffness, and half of xy - yx as the list of entries that are not symmetric has it
       real(wp), allocatable :: k(:, :, :)
    end type draft_t
 
@@ -64,10 +76,17 @@ contains
       integer :: b, slot
       self%n_blocks = 0
       self%n_entries = 0
+      self%n_skew = 0
       self%n_nodes = 0
+      self%alike = .true.
+      if (allocated(material%stiffness_factor)) &
+         self%alike = all(abs(material%stiffness_factor(:mesh%n_elements) - material%stiffness_factor(1)) <= 0)
+      if (allocated(self%kyx)) deallocate (self%kyx)
+      call grow(self%skew_edge, 0, 2)
+      call grow(self%skew, 0)
       call self%size_blocks(mesh%n_nodes)
       call grow_entries(self, entries_of(mesh))
-      allocate (draft%column(8, block_size), draft%k(4, 8, block_size))
+      allocate (draft%column(8, block_size), draft%k(parts, 8, block_size))
       do b = 1, self%n_blocks
          do slot = 1, self%count(b)
             call self%build_row(mesh, material, b, slot, draft, around)
@@ -105,7 +124,7 @@ contains
       call grow(self%column, n, lanes)
       call grow(self%kxx, n, lanes)
       call grow(self%kxy, n, lanes)
-      call grow(self%kyx, n, lanes)
+      call grow(self%kyx, merge(0, n, self%alike), lanes)
       call grow(self%kyy, n, lanes)
    end subroutine grow_entries
 
@@ -121,7 +140,7 @@ contains
       before = self%n_nodes
       call self%size_blocks(mesh%n_nodes)
       call changes%corners(mesh, node, n)
-      allocate (draft%column(8, block_size), draft%k(4, 8, block_size))
+      allocate (draft%column(8, block_size), draft%k(parts, 8, block_size))
       do i = 1, n
          block = (node(i) - 1)/block_size + 1
          if (i == 1) then
@@ -147,6 +166,9 @@ contains
       call grow(self%count, n)
       call grow(self%start, n)
       call grow(self%room, n)
+      call grow(self%skew_start, n)
+      call grow(self%skew_count, n)
+      call grow(self%skew_room, n)
       call grow(self%slice, n, slices + 1)
       call grow(self%order, n, block_size)
       if (self%with_sums) call grow(self%row_sum, n_nodes)
@@ -155,6 +177,9 @@ contains
          if (b > self%n_blocks) then
             self%first(b) = (b - 1)*block_size + 1
             self%room(b) = 0
+            self%skew_start(b) = 1
+            self%skew_count(b) = 0
+            self%skew_room(b) = 0
          end if
          self%count(b) = min(block_size, n_nodes - self%first(b) + 1)
       end do
@@ -182,6 +207,8 @@ contains
          call add_element(draft, slot, mesh, material, around(i), node, sums)
       end do
       call sort_row(draft, slot)
+      if (self%alike) draft%k(2, :draft%valence(slot), slot) = 0.5_wp*(draft%k(2, :draft%valence(slot), slot) &
+                                                                       + draft%k(3, :draft%valence(slot), slot))
       if (self%with_sums) self%row_sum(node) = maxval(sums)
       self%inverse_mass(node) = 1/(mass_factor*maxval(sums))
    end subroutine build_row
@@ -206,10 +233,17 @@ contains
             draft%column(i, slot) = self%column(lane, p)
             draft%k(1, i, slot) = self%kxx(lane, p)
             draft%k(2, i, slot) = self%kxy(lane, p)
-            draft%k(3, i, slot) = self%kyx(lane, p)
+            if (.not. self%alike) draft%k(3, i, slot) = self%kyx(lane, p)
             draft%k(4, i, slot) = self%kyy(lane, p)
+            draft%k(5, i, slot) = 0
          end do
          draft%valence(slot) = i
+      end do
+      do p = self%skew_start(block), self%skew_start(block) + self%skew_count(block) - 1
+         slot = self%skew_edge(1, p) - self%first(block) + 1
+         do i = 1, draft%valence(slot)
+            if (draft%column(i, slot) == self%skew_edge(2, p)) draft%k(5, i, slot) = self%skew(p)
+         end do
       end do
    end subroutine load_block
 
@@ -222,28 +256,29 @@ contains
       integer, intent(in) :: element, node
       !> Gershgorin sums of the node's two directions
       real(wp), intent(inout) :: sums(2)
-      real(wp) :: g(2, 3), area, factor, k(2, 2), own(2, 2)
+      real(wp) :: g(2, 3), area, factor, skew, k(2, 2), own(2, 2)
       integer :: c, other, s
       call gradients(mesh%x(:, mesh%connectivity(:, element)), g, area)
       c = corner_of(mesh, element, node)
       s = mesh%section(element)
       factor = area*material%section(s)%thickness*material%stiffness_of(element)
+      skew = material%section(s)%thickness*material%stiffness_of(element)*stiffness_skew(material%section(s)%law)
       own = 0
       do other = 1, 3
          if (other == c) cycle
          k = factor*stiffness_block(material%section(s)%law, g(:, c), g(:, other))
          own = own - k
          sums = sums + abs(k(:, 1)) + abs(k(:, 2))
-         call add_entry(draft, slot, mesh%connectivity(other, element), k)
+         call add_entry(draft, slot, mesh%connectivity(other, element), k, merge(skew, -skew, other == next_corner(c)))
       end do
       sums = sums + abs(own(:, 1)) + abs(own(:, 2))
    end subroutine add_element
 
    !> Add a stiffness to the entry of a neighbour, new or known.
-   subroutine add_entry(draft, slot, column, k)
+   subroutine add_entry(draft, slot, column, k, skew)
       type(draft_t), intent(inout) :: draft
       integer, intent(in) :: slot, column
-      real(wp), intent(in) :: k(2, 2)
+      real(wp), intent(in) :: k(2, 2), skew
       integer :: i, n
       n = draft%valence(slot)
       do i = 1, n
@@ -255,7 +290,7 @@ contains
          draft%column(i, slot) = column
          draft%k(:, i, slot) = 0
       end if
-      draft%k(:, i, slot) = draft%k(:, i, slot) + [k(1, 1), k(1, 2), k(2, 1), k(2, 2)]
+      draft%k(:, i, slot) = draft%k(:, i, slot) + [k(1, 1), k(1, 2), k(2, 1), k(2, 2), skew]
    end subroutine add_entry
 
    !> Room for more neighbours in every row of the draft.
@@ -266,7 +301,7 @@ contains
       real(wp), allocatable :: k(:, :, :)
       integer :: old
       old = size(draft%column, 1)
-      allocate (column(width, block_size), k(4, width, block_size))
+      allocate (column(width, block_size), k(parts, width, block_size))
       column(:old, :) = draft%column
       k(:, :old, :) = draft%k
       call move_alloc(column, draft%column)
@@ -278,7 +313,7 @@ contains
       type(draft_t), intent(inout) :: draft
       integer, intent(in) :: slot
       integer :: i, j, column
-      real(wp) :: k(4)
+      real(wp) :: k(parts)
       do i = 2, draft%valence(slot)
          column = draft%column(i, slot)
          k = draft%k(:, i, slot)
@@ -313,6 +348,7 @@ contains
          p = p + depth
       end do
       self%slice((n - 1)/lanes + 2:, block) = p
+      if (self%alike) call self%place_skew(block, draft)
 
    contains
 
@@ -327,13 +363,13 @@ contains
             self%column(lane, from + d - 1) = self%order(row, block)
             self%kxx(lane, from + d - 1) = 0
             self%kxy(lane, from + d - 1) = 0
-            self%kyx(lane, from + d - 1) = 0
+            if (.not. self%alike) self%kyx(lane, from + d - 1) = 0
             self%kyy(lane, from + d - 1) = 0
             if (d > length) cycle
             self%column(lane, from + d - 1) = draft%column(d, i)
             self%kxx(lane, from + d - 1) = draft%k(1, d, i)
             self%kxy(lane, from + d - 1) = draft%k(2, d, i)
-            self%kyx(lane, from + d - 1) = draft%k(3, d, i)
+            if (.not. self%alike) self%kyx(lane, from + d - 1) = draft%k(3, d, i)
             self%kyy(lane, from + d - 1) = draft%k(4, d, i)
          end do
       end subroutine fill_lane
@@ -352,6 +388,36 @@ contains
       end subroutine reserve
 
    end subroutine place_block
+
+   !> List a block's entries that are not symmetric.
+   subroutine place_skew(self, block, draft)
+      class(rows_t), intent(inout) :: self
+      integer, intent(in) :: block
+      type(draft_t), intent(in) :: draft
+      integer :: slot, i, p, n
+      n = 0
+      do slot = 1, self%count(block)
+         n = n + count(abs(draft%k(5, :draft%valence(slot), slot)) > 0)
+      end do
+      if (n > self%skew_room(block)) then
+         if (self%skew_room(block) > 0) n = int(block_margin*n)
+         self%skew_start(block) = self%n_skew + 1
+         self%skew_room(block) = n
+         self%n_skew = self%n_skew + n
+         call grow(self%skew_edge, self%n_skew, 2)
+         call grow(self%skew, self%n_skew)
+      end if
+      p = self%skew_start(block)
+      do slot = 1, self%count(block)
+         do i = 1, draft%valence(slot)
+            if (.not. abs(draft%k(5, i, slot)) > 0) cycle
+            self%skew_edge(:, p) = [self%first(block) - 1 + slot, draft%column(i, slot)]
+            self%skew(p) = draft%k(5, i, slot)
+            p = p + 1
+         end do
+      end do
+      self%skew_count(block) = p - self%skew_start(block)
+   end subroutine place_skew
 
    !> To or from a checkpoint. All of it: rows that followed splits lie in another order than rows built anew.
    subroutine exchange(self, archive)
@@ -372,6 +438,13 @@ contains
       call archive%exchange('inverse_mass', self%inverse_mass)
       call archive%exchange('start', self%start)
       call archive%exchange('room', self%room)
+      call archive%exchange('alike', self%alike)
+      call archive%exchange('skew_start', self%skew_start)
+      call archive%exchange('skew_count', self%skew_count)
+      call archive%exchange('skew_edge', self%skew_edge)
+      call archive%exchange('skew', self%skew)
+      call archive%exchange('skew_room', self%skew_room)
+      call archive%exchange('n_skew', self%n_skew)
       call archive%exchange('n_entries', self%n_entries)
       call archive%exchange('n_nodes', self%n_nodes)
    end subroutine exchange

@@ -260,10 +260,10 @@ SECTIONS = (
 NOTES = {
     "The relaxation step": """\
 A complete step: internal forces, damped update, supports, and all sums that damping and the test of convergence
-need. *Bytes an update* counts the rows' entries once and the node arrays u, w, v, f, p and 1/m once (what is
-written is read before); the bound is the bandwidth measured in the same run divided by that, of the fastest
-memory that holds it. Below the bound lies what gathering costs: in the caches that, not the bandwidth, is the
-limit.""",
+need. *Bytes an update* counts the rows' entries once and the node arrays u, w, v, f, 1/m once, and p where forces
+act (what is written is read before); the bound is the bandwidth measured in the same run divided by that, of
+the fastest memory that holds it. Below the bound lies what gathering costs: in the caches that, not the bandwidth,
+is the limit.""",
     "Numberings": """\
 Million updates a second by `*JOB, ORDERING=`. NONE keeps the deck's order: here row by row, and at random,
 which is the worst a mesh generator can do.""",

@@ -223,11 +223,13 @@ contains
    end subroutine relax_once
 
    !> What a step must move if caches hold what is used again and nothing else [bytes]: the entries of the rows once, of
-   !> the node arrays u, w, v, f, p (two components) and 1/m with what is written read before, and the rows' nodes.
+   !> the node arrays u, w, v, f (two components) and 1/m, and p where forces act, with what is written read before, and
+   !> the rows' nodes.
    real(wp) function bytes_per_step()
-      integer, parameter :: entry_bytes = 4 + 4*8, node_bytes = (2 + 4 + 4 + 4 + 2 + 1)*8 + 4
-      integer :: b
+      integer :: b, entry_bytes, node_bytes
       integer(i8) :: entries
+      entry_bytes = 4 + merge(4, 3, size(model%rows%kyx) > 0)*8
+      node_bytes = (2 + 4 + 4 + 4 + merge(2, 0, size(model%loads%px) > 0) + 1)*8 + 4
       entries = 0
       do b = 1, model%rows%n_blocks
          entries = entries + model%rows%slice(size(model%rows%slice, 1), b) - model%rows%slice(1, b)

@@ -53,7 +53,7 @@ contains
       state%totals = take_totals(model%mesh, model%motion)
       state%applied = sum(applied_forces(model%loads, n), 2)
       state%applied_scale = sum(abs(applied_forces(model%loads, n)))
-      state%held = reshape([model%loads%free_x(:n), model%loads%free_y(:n)] < 0.5_wp, [2, n], order=[2, 1])
+      state%held = reshape([model%loads%free_x(:n), model%loads%free_y(:n)] == 0_i1, [2, n], order=[2, 1])
       state%pieces = model%pieces%n
       call measure(model, state)
    end subroutine take_state
@@ -293,7 +293,8 @@ contains
       real(wp), allocatable :: fx(:), fy(:)
       allocate (fx(model%mesh%n_nodes), fy(model%mesh%n_nodes))
       call internal_forces(rows%n_blocks, rows%first, rows%count, rows%slice, rows%order, rows%column, rows%kxx, rows%kxy, &
-                           rows%kyx, rows%kyy, model%motion%ux, model%motion%uy, fx, fy)
+                           rows%kyx, rows%kyy, rows%skew_start, rows%skew_count, rows%skew_edge, rows%skew, &
+                           model%motion%ux, model%motion%uy, fx, fy)
       f = [fx, fy]
    end function forces_of
 

@@ -314,7 +314,8 @@ contains
       real(wp), allocatable :: f(:)
       real(wp) :: fx(body%mesh%n_nodes), fy(body%mesh%n_nodes)
       call internal_forces(rows%n_blocks, rows%first, rows%count, rows%slice, rows%order, rows%column, rows%kxx, rows%kxy, &
-                           rows%kyx, rows%kyy, body%motion%ux, body%motion%uy, fx, fy)
+                           rows%kyx, rows%kyy, rows%skew_start, rows%skew_count, rows%skew_edge, rows%skew, &
+                           body%motion%ux, body%motion%uy, fx, fy)
       f = [fx, fy]
    end function forces_of
 

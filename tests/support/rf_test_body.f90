@@ -129,6 +129,7 @@ contains
       call self%rows%build(self%mesh, self%material)
       call self%motion%reserve(self%mesh%n_nodes)
       call self%loads%prepare(self%mesh%n_nodes)
+      call self%loads%keep_forces()
       call self%contact%rebuild(self%mesh, self%material, self%motion)
       call self%pieces%find(self%mesh)
       allocate (self%definitions(0))
@@ -314,7 +315,8 @@ contains
       real(wp) :: sigma(3)
       real(wp) :: g(2, 3), area
       call gradients(self%mesh%x(:, self%mesh%connectivity(:, element)), g, area)
-      sigma = stress(self%material%section(1)%law, strain(g, self%motion%corner_displacements(self%mesh, element)))
+      sigma = stress(self%material%section(self%mesh%section(element))%law, &
+                     strain(g, self%motion%corner_displacements(self%mesh, element)))
    end function stress_of
 
    !> Largest component of stress in the body [stress].
