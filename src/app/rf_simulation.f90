@@ -256,6 +256,7 @@ contains
       class(simulation_t), intent(inout) :: self
       type(energy_t) :: energy
       logical, allocatable :: held(:, :)
+      call self%follow_growth()      ! by cracks that there are from the start
       self%model%failure%settings = self%fracture(1)
       call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
       call self%last%take(self%model)

@@ -49,7 +49,7 @@ contains
       logical, intent(in) :: fit
       type(patch_work_t), intent(inout) :: work
       real(wp), intent(out) :: stress(3), strength(3)
-      real(wp) :: total, area, own(3, 1)
+      real(wp) :: total, area, own(3, 1), factor(1), x(2)
       integer :: i, e
       call gather_patch(mesh, material, node, which, work)
       total = 0
@@ -57,10 +57,11 @@ contains
       strength = 0
       do i = 1, work%n_fan
          e = work%fan(i)
-         area = mesh%area(e)
+         call area_and_centroid(mesh, e, area, x)
+         factor(1) = material%strength_of(e)
+         call strengths(material_strength, factor, own)
          total = total + area
          stress = stress + area*element_stress(:, e)
-         call strengths(material_strength, [material%strength_of(e)], own)
          strength = strength + area*own(:, 1)
       end do
       stress = stress/total
@@ -163,6 +164,7 @@ contains
       integer, intent(in) :: around(:)
       integer :: i, k
       is_tip = .false.
+      if (.not. allocated(mesh%segment)) return      ! nothing is cracked
       do i = 1, size(around)
          k = corner_of(mesh, around(i), node)
          if (mesh%segment_at(k, around(i)) > 0) is_tip = is_tip .or. is_corner(mesh, mesh%neighbour(k, around(i)), node)
@@ -176,7 +178,8 @@ contains
       integer, intent(in) :: node
       type(patch_work_t), intent(inout) :: work
       real(wp), intent(inout) :: stress(3)
-      real(wp) :: total, area, centre(2), mean(3), xx, xy, yy, with_stress(3, 2), offset(2), d(2), det, trace, solution(2)
+      real(wp) :: total, area, centre(2), mean(3), xx, xy, yy, by_x(3), by_y(3), above(3), offset(2), d(2), det, trace
+      real(wp) :: solution(2)
       integer :: i, e
       if (work%n_patch < smallest_patch) return
       call grow(work%area, work%n_patch)
@@ -184,25 +187,26 @@ contains
       total = 0; centre = 0; mean = 0
       do i = 1, work%n_patch
          e = work%patch(i)
-         area = mesh%area(e)
+         call area_and_centroid(mesh, e, area, d)
+         d = d - mesh%x(:, node)
          work%area(i) = area
-         work%centroid(:, i) = centroid(mesh, e) - mesh%x(:, node)
+         work%centroid(:, i) = d
          total = total + area
-         centre = centre + area*work%centroid(:, i)
+         centre = centre + area*d
          mean = mean + area*element_stress(:, e)
       end do
       centre = centre/total
       mean = mean/total
-      xx = 0; xy = 0; yy = 0; with_stress = 0
+      xx = 0; xy = 0; yy = 0; by_x = 0; by_y = 0
       do i = 1, work%n_patch
-         e = work%patch(i)
          area = work%area(i)/total
          d = work%centroid(:, i) - centre
+         above = element_stress(:, work%patch(i)) - mean
          xx = xx + area*d(1)*d(1)
          xy = xy + area*d(1)*d(2)
          yy = yy + area*d(2)*d(2)
-         with_stress(:, 1) = with_stress(:, 1) + area*d(1)*(element_stress(:, e) - mean)
-         with_stress(:, 2) = with_stress(:, 2) + area*d(2)*(element_stress(:, e) - mean)
+         by_x = by_x + area*d(1)*above
+         by_y = by_y + area*d(2)*above
       end do
       det = xx*yy - xy*xy
       trace = xx + yy
@@ -211,15 +215,22 @@ contains
       offset = -centre
       solution = [(yy*offset(1) - xy*offset(2))/det, (xx*offset(2) - xy*offset(1))/det]
       if (dot_product(offset, solution) > farthest_squared) return
-      stress = mean + with_stress(:, 1)*solution(1) + with_stress(:, 2)*solution(2)
+      stress = mean + by_x*solution(1) + by_y*solution(2)
    end subroutine fit_plane
 
-   pure function centroid(mesh, element) result(x)
+   !> Area [length^2] and centroid [length] of a triangle.
+   pure subroutine area_and_centroid(mesh, element, area, centroid)
       type(mesh_t), intent(in) :: mesh
       integer, intent(in) :: element
-      real(wp) :: x(2)
-      x = (mesh%x(:, mesh%connectivity(1, element)) + mesh%x(:, mesh%connectivity(2, element)) &
-           + mesh%x(:, mesh%connectivity(3, element)))/3
-   end function centroid
+      real(wp), intent(out) :: area, centroid(2)
+      real(wp) :: first(2), second(2), third(2), a(2), b(2)
+      first = mesh%x(:, mesh%connectivity(1, element))
+      second = mesh%x(:, mesh%connectivity(2, element))
+      third = mesh%x(:, mesh%connectivity(3, element))
+      a = second - first
+      b = third - first
+      area = 0.5_wp*(a(1)*b(2) - a(2)*b(1))
+      centroid = (first + second + third)/3
+   end subroutine area_and_centroid
 
 end module rf_recovery

@@ -8,6 +8,7 @@ module bench_body
    use rf_ordering, only: ordering_none, ordering_hilbert, ordering_metis
    use rf_mesh_assembly, only: raw_mesh_t, assemble
    use rf_topology, only: build_topology, changes_t, crack_edge, refan_node, next_corner
+   use rf_renumber, only: renumbering_t
    use rf_cst, only: elasticity
    use rf_criterion, only: strength_t
    use rf_criteria, only: make_criterion
@@ -49,6 +50,7 @@ contains
       character(len=*), intent(in) :: cracks
       type(model_t), intent(inout) :: model
       type(load_definition_t) :: definition(3)
+      type(renumbering_t) :: map
       logical :: replaced(load_gravity), cracked
       cracked = cracks == 'CRACKED' .or. cracks == 'CROSSED'
       call make_mesh(elements, ordering, merge(0.0_wp, 0.15_wp, cracked), model)
@@ -72,6 +74,7 @@ contains
          call model%failure%adopt(model%mesh, model%changes)
       end if
       call model%prepare()
+      if (model%has_grown()) call model%renumber(map)      ! as a run does
       definition(1) = load_definition_t(kind=load_support, set=set_left, first_dof=1, last_dof=2)
       definition(2) = load_definition_t(kind=load_support, set=set_right, first_dof=1, last_dof=1, value=-pull)
       definition(3) = load_definition_t(kind=load_support, set=set_right, first_dof=2, last_dof=2, value=-pull)
