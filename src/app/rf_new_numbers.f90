@@ -24,6 +24,7 @@ contains
       call self%model%remove(gone, .not. self%steps(s)%dynamic, map)
       call renumber_definition(self%loads, map)
       call renumber_removal(self%removals, map)
+      call self%follow_growth()
       call self%last%take(self%model)
       call self%log%line('step '//to_text(s)//': '//to_text(count(gone))//' elements removed, '// &
                          to_text(self%model%mesh%n_elements)//' are left')

@@ -94,10 +94,10 @@ contains
                '; exhausted nodes '//to_text(model%failure%n_exhausted)//', their largest '// &
                short(model%failure%largest_exhausted)//exhausted_names()
             if (model%failure%out_of_plane_node > 0) write (output_unit, '(a)') 'warning: at node '// &
-               to_text(model%mesh%node_id(model%failure%out_of_plane_node))//' the stress out of the plane was the extreme '// &
+               to_text(model%failure%out_of_plane_node)//' the stress out of the plane was the extreme '// &
                'one when the node failed; the criterion looks at the stresses in the plane only'
             if (model%slip_warning_node > 0) write (output_unit, '(a)') 'warning: the slip of the pair at node '// &
-               to_text(model%mesh%node_id(model%slip_warning_node))//' exceeds 0.2 of the element size; node pairs hold for '// &
+               to_text(model%slip_warning_node)//' exceeds 0.2 of the element size; node pairs hold for '// &
                'less'
             call warn_of_steepness(model%steep_warning_node(1), 'opening', 'Gf_I/sigma_t^2')
             call warn_of_steepness(model%steep_warning_node(2), 'slip', 'Gf_II/c^2')
@@ -106,11 +106,12 @@ contains
 
       !> Elements larger than what the fracture energy can be resolved with.
       subroutine warn_of_steepness(node, motion, length)
+         !> its id, 0: there is none
          integer, intent(in) :: node
          !> of the faces; the material's length but for E
          character(len=*), intent(in) :: motion, length
          if (node == 0) return
-         write (output_unit, '(a)') 'warning: at node '//to_text(simulation%model%mesh%node_id(node))//' the elements are too '// &
+         write (output_unit, '(a)') 'warning: at node '//to_text(node)//' the elements are too '// &
             'large for *SOFTENING in '//motion//' (about 2 E '//length//'): a crack there breaks at once, as without it'
       end subroutine warn_of_steepness
 

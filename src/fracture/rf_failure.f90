@@ -84,7 +84,7 @@ module rf_failure
       !> largest utilisation of the nodes that may fail, and of exhausted ones; how many those are
       real(wp) :: largest = 0, largest_exhausted = 0
       integer :: n_exhausted = 0
-      !> a place where the out-of-plane stress is extreme and F >= 1 was found (node, 0: none)
+      !> a place where the out-of-plane stress is extreme and F >= 1 was found (id of the node, 0: none)
       integer :: out_of_plane_node = 0
       !> bound of the elements' utilisation by either branch of the criterion, (elements), and the largest of each block
       real(wp), allocatable, private :: element_bound(:), block_bound(:)
@@ -255,7 +255,6 @@ contains
       call follow(self%looked_at, self%n_looked_at)
       call follow(self%shield_list, self%n_shield_list)
       if (allocated(self%exhausted)) self%exhausted(pack(exposed, exposed <= map%n_nodes)) = .false.
-      if (self%out_of_plane_node > 0) self%out_of_plane_node = map%node(self%out_of_plane_node)
 
    contains
 
@@ -363,7 +362,8 @@ contains
          if (.not. section%plane_strain) return
       end associate
       out = -material%out_of_plane(mesh%section(mesh%element_of(node)), mesh%element_of(node), self%stress(:, node))
-      if (out < s3 .or. (out > s1 .and. self%mode(node) /= mode_tension)) self%out_of_plane_node = node
+      if (out < s3 .or. (out > s1 .and. self%mode(node) /= mode_tension)) &
+         self%out_of_plane_node = mesh%node_id(node)
    end subroutine note_out_of_plane
 
    !> The next split: the node with the largest utilisation that has an admissible direction. Nodes that have none are

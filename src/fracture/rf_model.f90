@@ -54,9 +54,9 @@ module rf_model
       integer :: mesh_changes = 0
       !> events so far, in all, in tension and in shear
       integer :: events = 0, events_tension = 0, events_shear = 0
-      !> first node whose contact slipped by more than node pairs hold for (0: none)
+      !> id of the first node whose contact slipped by more than node pairs hold for (0: none)
       integer :: slip_warning_node = 0
-      !> first nodes at which elements are too large for the fracture energy, in opening and in slip (0: none)
+      !> ids of the first nodes at which elements are too large for the fracture energy, in opening and in slip (0: none)
       integer :: steep_warning_node(2) = 0
       !> time of splitting
       type(stopwatch_t) :: watch
@@ -137,7 +137,10 @@ contains
    !> Remember the first node whose contact slipped too far.
    subroutine watch_slip(self)
       class(model_t), intent(inout) :: self
-      if (self%slip_warning_node == 0) self%slip_warning_node = far_slipped_node(self)
+      integer :: node
+      if (self%slip_warning_node > 0) return
+      node = far_slipped_node(self)
+      if (node > 0) self%slip_warning_node = self%mesh%node_id(node)
    end subroutine watch_slip
 
    !> What follows from softening in an accepted state: the first node of each mode at which it was too steep for the mesh
@@ -147,7 +150,8 @@ contains
       integer :: i, p
       do i = 1, 2
          p = self%contact%cohesive%steep(i)
-         if (self%steep_warning_node(i) == 0 .and. p > 0) self%steep_warning_node(i) = self%contact%pair(1, p)
+         if (self%steep_warning_node(i) == 0 .and. p > 0) &
+            self%steep_warning_node(i) = self%mesh%node_id(self%contact%pair(1, p))
       end do
       call self%failure%shield(self%mesh, self%contact%bonds())
       ! what broke in this state no longer shields its neighbours, which have not been looked at yet
@@ -233,8 +237,6 @@ contains
       call self%contact%renumber(map)
       call self%energy%renumber(map)
       call self%failure%renumber(map, exposed)
-      where (self%steep_warning_node > 0) self%steep_warning_node = map%node(max(1, self%steep_warning_node))
-      if (self%slip_warning_node > 0) self%slip_warning_node = map%node(self%slip_warning_node)
    end subroutine carry_all
 
    !> Whether so much has been appended since the numbers were given that the relaxation step suffers from it. It depends on

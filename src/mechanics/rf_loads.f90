@@ -402,6 +402,22 @@ contains
       if (definition%entity > 0) acts_on_element = mesh%origin_of_element(element) == mesh%origin_of_element(definition%entity)
    end function acts_on_element
 
+   !> Nodes or elements among which those are that a definition means: the one it names, as long as there is only one of each.
+   pure subroutine in_question(entity, any_copies, n, first, last)
+      !> number of the node or element, 0: the definition means a set
+      integer, intent(in) :: entity
+      !> splitting has made copies or children
+      logical, intent(in) :: any_copies
+      !> how many nodes or elements there are; the first and the last of those in question
+      integer, intent(in) :: n
+      integer, intent(out) :: first, last
+      first = 1
+      last = n
+      if (entity == 0 .or. any_copies) return
+      first = entity
+      last = entity
+   end subroutine in_question
+
    !> Let a definition act: it takes the place of those with the same target, or joins.
    subroutine act(self, mesh, definition, ux, uy)
       class(loads_t), intent(inout) :: self
@@ -409,10 +425,11 @@ contains
       type(load_definition_t), intent(in) :: definition
       !> displacements now [length], (nodes)
       real(wp), intent(in) :: ux(:), uy(:)
-      integer :: d, n, dof, i
+      integer :: d, n, dof, i, first, last
       logical :: is_new
       if (definition%kind == load_support) then
-         do n = 1, mesh%n_nodes
+         call in_question(definition%entity, allocated(mesh%node_origin), mesh%n_nodes, first, last)
+         do n = first, last
             if (.not. acts_on_node(definition, mesh, n)) cycle
             call take_place(self, n, [ux(n), uy(n)])
             do dof = definition%first_dof, definition%last_dof
@@ -571,10 +588,11 @@ contains
       class(loads_t), intent(inout) :: self
       type(mesh_t), intent(inout) :: mesh
       integer, intent(in) :: d
-      integer :: n
+      integer :: n, first, last
       select case (self%acting(d)%kind)
       case (load_force)
-         do n = 1, mesh%n_nodes
+         call in_question(self%acting(d)%entity, allocated(mesh%node_origin), mesh%n_nodes, first, last)
+         do n = first, last
             if (acts_on_node(self%acting(d), mesh, n)) &
                call add_force(self, nodal_force_t(n, self%acting(d)%first_dof, d, ramp_t()))
          end do
@@ -605,9 +623,10 @@ contains
       logical, intent(in), optional :: turned(:)
       !> faces with these tags are left as they are, (0:tags)
       logical, intent(in), optional :: but_not(0:)
-      integer :: e, k, face
+      integer :: e, k, face, first, last
       logical :: hit
-      do e = 1, mesh%n_elements
+      call in_question(self%acting(d)%entity, allocated(mesh%element_origin), mesh%n_elements, first, last)
+      do e = first, last
          do k = 1, 3
             if (self%acting(d)%kind == load_edges) then
                if (mesh%neighbour(k, e) /= 0) cycle
@@ -982,6 +1001,7 @@ contains
       integer, intent(in) :: which
       integer :: i, j, origin, copies, n
       type(nodal_force_t) :: force
+      if (self%n_forces == 0) return
       origin = changes%parent(1, which)
       copies = 1
       do i = 1, changes%n_nodes

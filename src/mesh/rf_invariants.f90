@@ -219,10 +219,12 @@ contains
       type(baseline_t), intent(in) :: baseline
       character(len=:), allocatable, intent(inout) :: problem
       integer :: n, e
-      call check_list('node', mesh%node_id(:mesh%n_nodes), mesh%node_rank(:mesh%n_nodes), mesh%n_numbered_nodes, &
-                      baseline%n_nodes, baseline%last_node_id, mesh%last_node_id, problem)
+      call check_list('node', mesh%node_id(:mesh%n_nodes), mesh%node_rank(:mesh%n_nodes), &
+                      max(mesh%n_numbered_nodes, baseline%n_nodes), baseline%n_nodes, baseline%last_node_id, &
+                      mesh%last_node_id, problem)
       call check_list('element', mesh%element_id(:mesh%n_elements), mesh%element_rank(:mesh%n_elements), &
-                      mesh%n_numbered_elements, baseline%n_elements, baseline%last_element_id, mesh%last_element_id, problem)
+                      max(mesh%n_numbered_elements, baseline%n_elements), baseline%n_elements, baseline%last_element_id, &
+                      mesh%last_element_id, problem)
       do n = 1, mesh%n_nodes
          if (len(problem) > 0) return
          e = mesh%element_of(n)
@@ -235,13 +237,14 @@ contains
    end subroutine check_numbers
 
    !> Ids and ranks of nodes or elements.
-   subroutine check_list(what, id, rank, n_deck, n_before, last_before, last, problem)
+   subroutine check_list(what, id, rank, n_ordered, n_before, last_before, last, problem)
       !> node or element
       character(len=*), intent(in) :: what
       !> ids and ranks of all of them
       integer, intent(in) :: id(:), rank(:)
-      !> how many the deck has, and there were before the first split; the largest id then, and now
-      integer, intent(in) :: n_deck, n_before, last_before, last
+      !> how many may lie in another order than that of their ids (the first ones), and there were before the first split; the
+      !> largest id then, and now
+      integer, intent(in) :: n_ordered, n_before, last_before, last
       character(len=:), allocatable, intent(inout) :: problem
       integer, allocatable :: order(:)
       integer :: i
@@ -249,14 +252,14 @@ contains
       do i = 2, size(id)
          if (id(order(i)) == id(order(i - 1))) problem = 'two '//what//'s with the id '//to_text(id(order(i)))
       end do
-      do i = n_deck + 1, size(id)
+      do i = n_ordered + 1, size(id)
          if (id(i) /= last_before + i - n_before) problem = what//' '//to_text(i)//' has the id '//to_text(id(i))
          if (rank(i) /= i) problem = what//' '//to_text(i)//' has the rank '//to_text(rank(i))
       end do
       if (last /= last_before + size(id) - n_before) problem = 'last '//what//' id is '//to_text(last)
-      order = sorted_order(int(rank(:n_deck), i8))
-      do i = 1, n_deck
-         if (rank(order(i)) /= i) problem = what//' ranks of the deck are no permutation'
+      order = sorted_order(int(rank(:n_ordered), i8))
+      do i = 1, n_ordered
+         if (rank(order(i)) /= i) problem = what//' ranks are no permutation'
       end do
    end subroutine check_list
 

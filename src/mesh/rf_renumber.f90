@@ -17,6 +17,8 @@ module rf_renumber
    type :: renumbering_t
       !> how many stay
       integer :: n_nodes = 0, n_elements = 0, n_segments = 0
+      !> how many of them then lie in the order of the mesh's numbering (the first ones; the others were appended since)
+      integer :: n_numbered_nodes = 0, n_numbered_elements = 0
       !> new number of each old one, 0: it is gone, (old)
       integer, allocatable :: node(:), element(:), segment(:)
       !> old number of each new one, (new)
@@ -53,6 +55,8 @@ contains
       call number(node_stays, map%n_nodes, map%node, map%node_from)
       call number(.not. gone(:mesh%n_elements), map%n_elements, map%element, map%element_from)
       call number(segment_stays, map%n_segments, map%segment, map%segment_from)
+      map%n_numbered_nodes = count(map%node_from <= mesh%n_numbered_nodes)
+      map%n_numbered_elements = count(map%element_from <= mesh%n_numbered_elements)
       call find_deputies(mesh%node_origins(), mesh%node_rank(:mesh%n_nodes), map%node, map%node_deputy)
       call find_deputies(mesh%element_origins(), mesh%element_rank(:mesh%n_elements), map%element, &
                          map%element_deputy)
@@ -68,6 +72,8 @@ contains
       map%n_nodes = mesh%n_nodes
       map%n_elements = mesh%n_elements
       map%n_segments = mesh%n_segments
+      map%n_numbered_nodes = map%n_nodes
+      map%n_numbered_elements = map%n_elements
       connectivity = mesh%connectivity(:, :mesh%n_elements)
       map%node_from = order_of_nodes(mesh%ordering, mesh%x(:, :mesh%n_nodes), connectivity)
       map%node = places_of(map%node_from)
@@ -155,8 +161,8 @@ contains
       mesh%n_nodes = map%n_nodes
       mesh%n_elements = map%n_elements
       mesh%n_segments = map%n_segments
-      mesh%n_numbered_nodes = map%n_nodes
-      mesh%n_numbered_elements = map%n_elements
+      mesh%n_numbered_nodes = map%n_numbered_nodes
+      mesh%n_numbered_elements = map%n_numbered_elements
       call translate(mesh%element_of, map%element)
       do e = 1, mesh%n_elements
          call translate(mesh%connectivity(:, e), map%node)

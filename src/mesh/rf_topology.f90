@@ -29,6 +29,8 @@ module rf_topology
       logical, allocatable :: on_boundary(:)
       !> elements that are new or have new nodes, each once, (capacity)
       integer, allocatable :: element(:)
+      !> where an element stands in that list, if it stands there at all: else another one does, or none, (elements)
+      integer, allocatable, private :: listed_at(:)
       !> elements that came by bisection and the one each was cut from, (2, capacity)
       integer, allocatable :: child(:, :)
       integer :: n_children = 0
@@ -90,13 +92,16 @@ contains
       class(changes_t), intent(inout) :: self
       integer, intent(in) :: element
       integer :: n
-      n = self%n_elements
-      if (n > 0) then
-         if (any(self%element(:n) == element)) return
+      call grow(self%listed_at, element)
+      n = self%listed_at(element)
+      if (n > 0 .and. n <= self%n_elements) then
+         if (self%element(n) == element) return
       end if
-      call grow(self%element, n + 1)
-      self%element(n + 1) = element
-      self%n_elements = n + 1
+      n = self%n_elements + 1
+      call grow(self%element, n)
+      self%element(n) = element
+      self%n_elements = n
+      self%listed_at(element) = n
    end subroutine add_element
 
    subroutine add_child(self, child, origin)
@@ -641,10 +646,11 @@ contains
       end do
    end subroutine sort_ascending
 
-   !> To or from a checkpoint.
+   !> To or from a checkpoint. (Derived: listed_at from the list.)
    subroutine exchange(self, archive)
       class(changes_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
+      integer :: i
       call archive%exchange('n_nodes', self%n_nodes)
       call archive%exchange('n_elements', self%n_elements)
       call archive%exchange('node', self%node)
@@ -653,6 +659,12 @@ contains
       call archive%exchange('element', self%element)
       call archive%exchange('child', self%child)
       call archive%exchange('n_children', self%n_children)
+      if (.not. archive%reading) return
+      if (allocated(self%listed_at)) deallocate (self%listed_at)
+      do i = 1, self%n_elements
+         call grow(self%listed_at, self%element(i))
+         self%listed_at(self%element(i)) = i
+      end do
    end subroutine exchange
 
 end module rf_topology

@@ -122,7 +122,6 @@ contains
       case ('')
          rule = '='
          if (name == 'reaction') rule = '= *'
-         if (name == 'slip_warning_node' .or. name == 'steep_warning_node') rule = '=n*'
       end select
    end function rule_of
 
@@ -203,15 +202,13 @@ contains
       character(len=3) :: rule
       rule = '?'
       select case (name(9:))
-      case ('watching', 'keeps_stress', 'largest', 'largest_exhausted', 'n_exhausted')
+      case ('watching', 'keeps_stress', 'largest', 'largest_exhausted', 'n_exhausted', 'out_of_plane_node')
          rule = '='
       case ('no_split_node', 'exhausted', 'shielded', 'soft_tip', 'tip_direction', 'stale', 'stress', 'utilisation', &
             'deciding_material', 'mode', 'screen', 'ring')
          rule = 'n *'
       case ('no_split_element', 'element_stress', 'element_utilisation', 'element_bound')
          rule = 'e *'
-      case ('out_of_plane_node')
-         rule = '=n*'
       case ('block_bound', 'screened', 'looked_at', 'n_screened', 'n_looked_at', 'all_screened', &      ! of the last look
             'shield_list', 'n_shield_list')      ! check_looks
          rule = '-'
