@@ -46,22 +46,28 @@ contains
       integer, intent(in) :: elements
       !> HILBERT, METIS, NONE (row by row) or SHUFFLED (nodes and elements in random order)
       character(len=*), intent(in) :: ordering
-      !> closed ones: CRACKED (straight, everywhere), CROSSED (crossing each other, in one corner), else none
+      !> closed ones: CRACKED (straight, everywhere), CROSSED (crossing each other, in one corner), else none; MIXED: none, but
+      !> three materials at random; GRAINS: the same in grains of a dozen elements
       character(len=*), intent(in) :: cracks
       type(model_t), intent(inout) :: model
       type(load_definition_t) :: definition(3)
       type(renumbering_t) :: map
       logical :: replaced(load_gravity), cracked
+      integer :: s
       cracked = cracks == 'CRACKED' .or. cracks == 'CROSSED'
       call make_mesh(elements, ordering, merge(0.0_wp, 0.15_wp, cracked), model)
-      allocate (model%material%section(1))
-      associate (section => model%material%section(1))
-         section%young = 27400
-         section%poisson = 0.25_wp
-         section%law = elasticity(section%young, section%poisson, .true.)
-         section%material = 1
-         section%friction = 0.5_wp
-      end associate
+      allocate (model%material%section(merge(3, 1, cracks == 'MIXED' .or. cracks == 'GRAINS')))
+      do s = 1, size(model%material%section)
+         associate (section => model%material%section(s))
+            section%young = 27400*s
+            section%poisson = 0.2_wp      ! at 0.25 in plane strain rows are symmetric everywhere
+            section%law = elasticity(section%young, section%poisson, .true.)
+            section%material = 1
+            section%friction = 0.5_wp
+         end associate
+      end do
+      if (cracks == 'MIXED') call mix_sections(model%mesh, 0.0_wp)
+      if (cracks == 'GRAINS') call mix_sections(model%mesh, 2.5_wp*side(elements))
 
       allocate (model%failure%criterion(1))
       model%failure%strength = [strength_t(4.5_wp, 10.0_wp, tan(30*degree), .true.)]
@@ -82,6 +88,19 @@ contains
       call model%loads%begin_step(model%mesh, definition, replaced, model%reaction, model%motion%ux, model%motion%uy)
       call model%loads%apply(model%mesh, model%material, 1.0_wp, 1.0_wp)
    end subroutine make_body
+
+   !> One of three sections for each element, at random: for itself, or for all of its square.
+   subroutine mix_sections(mesh, edge)
+      type(mesh_t), intent(inout) :: mesh
+      !> of the squares, 0: there are none [length]
+      real(wp), intent(in) :: edge
+      integer :: e, place
+      do e = 1, mesh%n_elements
+         place = e
+         if (edge > 0) place = dot_product(int(mesh%x(:, mesh%connectivity(1, e))/edge), [1, 10007]) + 1
+         mesh%section(e) = 1 + min(2, int(3*uniform(1, place, 1)))
+      end do
+   end subroutine mix_sections
 
    subroutine make_mesh(elements, ordering, jitter, model)
       integer, intent(in) :: elements

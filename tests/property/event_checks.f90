@@ -276,7 +276,7 @@ contains
       call pieces%find(model%mesh)
       if (pieces%n /= model%pieces%n) problem = 'the number of pieces'
       if (any(pieces%of_node(:n) /= model%pieces%of_node(:n))) problem = 'pieces of nodes'
-      call rows%build(model%mesh, model%material)
+      call rows%build(model%mesh, model%material, model%rows%alike)
       if (any(differ(rows%inverse_mass(:n), model%rows%inverse_mass(:n)))) problem = 'masses'
       if (any(differ(forces_of(rows, model), forces_of(model%rows, model)))) problem = 'rows'
       if (len(problem) > 0) problem = problem//' did not follow'

@@ -296,7 +296,7 @@ contains
       call pieces%find(body%mesh)
       if (pieces%n /= body%pieces%n) problem = 'the number of pieces'
       if (any(pieces%of_node(:n) /= body%pieces%of_node(:n))) problem = 'pieces of nodes'
-      call rows%build(body%mesh, body%material)
+      call rows%build(body%mesh, body%material, body%rows%alike)
       if (any(differ(rows%inverse_mass(:n), body%rows%inverse_mass(:n)))) problem = 'masses'
       if (any(differ(forces_of(rows, body), forces_of(body%rows, body)))) problem = 'rows'
       if (len(problem) > 0) problem = problem//' did not follow'
