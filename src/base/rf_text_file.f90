@@ -36,7 +36,7 @@ module rf_text_file
       type(checksum_t), private :: sum
       logical, private :: sum_holds = .true.
    contains
-      procedure :: create, append
+      procedure :: claim, create, append
       procedure :: exchange
       procedure :: go_on
       procedure :: put
@@ -52,19 +52,41 @@ module rf_text_file
 
 contains
 
-   !> Make the file; an existing one is replaced.
+   !> Take a file for this process alone before it, or what lies beside it, is replaced, and change nothing in it; where there is
+   !> none an empty one is made. The error says that another run is writing it. A file that cannot be opened is not taken: making
+   !> it anew says why. (A file system without locks tells nothing of others.)
+   subroutine claim(this, path, error)
+      class(text_file_t), intent(out) :: this
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable, intent(out) :: error
+      this%path = path
+      if (path_exists(path)) then
+         this%opened = this%stream%open(path, 'r+')
+         if (.not. this%opened) this%opened = this%stream%open(path, 'r')
+      else
+         this%opened = this%stream%open(path, 'a')
+         this%made_here = this%opened
+      end if
+      if (this%opened) call lock_alone(this)
+      if (allocated(this%failure)) error = this%failure
+   end subroutine claim
+
+   !> Make the file; an existing one is replaced, unless another run is writing it.
    subroutine create(this, path, error)
       class(text_file_t), intent(out) :: this
       character(len=*), intent(in) :: path
       character(len=:), allocatable, intent(out) :: error
-      logical :: locked
+      type(text_file_t) :: there
       call refuse_large_files()
+      if (path_exists(path)) call there%claim(path, error)
+      call there%discard(keep=.true.)
+      if (allocated(error)) return
       this%path = path
       allocate (character(len=buffer_size) :: this%buffer)
       this%opened = this%stream%open(path, 'w')
       call this%note(this%opened, 'create')
       this%made_here = this%opened
-      if (this%opened) locked = this%stream%lock()        ! so that no other run goes on with it
+      if (this%opened) call lock_alone(this)
       if (allocated(this%failure)) error = this%failure
    end subroutine create
 
@@ -138,7 +160,7 @@ contains
       if (allocated(this%failure)) error = this%failure
    end subroutine go_on
 
-   !> Open a file that is there, which nobody else may be writing. (A file system without locks tells nothing of others.)
+   !> Open a file that is there, which nobody else may be writing.
    subroutine open_alone(this, path)
       type(text_file_t), intent(inout) :: this
       character(len=*), intent(in) :: path
@@ -147,13 +169,20 @@ contains
       if (.not. allocated(this%buffer)) allocate (character(len=buffer_size) :: this%buffer)
       this%opened = this%stream%open(path, 'r+')
       call this%note(this%opened, 'write to')
-      if (.not. this%opened) return
+      if (this%opened) call lock_alone(this)
+   end subroutine open_alone
+
+   !> Keep other runs from an open file until it is closed, or leave it to the one that has it. (A file system without locks tells
+   !> nothing of others.)
+   subroutine lock_alone(this)
+      type(text_file_t), intent(inout) :: this
       if (this%stream%lock()) return
       if (last_error() /= would_block) return
-      this%failure = this%path//': is being written by another run'
+      this%failure = this%path//': is being written by another run, which has to end first'
       call this%stream%give_up()
       this%opened = .false.
-   end subroutine open_alone
+      this%made_here = .false.
+   end subroutine lock_alone
 
    !> Whether the file does not begin with what the checkpoint knows of it.
    logical function was_changed(this, path)

@@ -6,7 +6,8 @@
 !> Reading: `begin_reading` refuses with the reason what is no complete checkpoint of this version, before HDF5 sees it where the
 !> checksum does not fit (a damaged file can make the library crash or loop); the types' `exchange` finds what has another kind
 !> or size; `finish_reading` what this version does not know. Only then has the state been read.
-!> Format 3: the program's version and build come first, the run has an identity. 2: the line with the checksum.
+!> Format 4: the checksum is a CRC-64. 3: the program's version and build come first, the run has an identity. 2: the line with the
+!> checksum.
 module rf_checkpoint
    use rf_archive, only: archive_t, datum_t
    use rf_kinds, only: i8
@@ -21,7 +22,7 @@ module rf_checkpoint
    public :: checkpoint_path, previous_path, remove_unfinished
 
    !> the layout of the file; to be raised whenever an older program could not read it, or could misread it
-   integer, parameter, public :: checkpoint_format = 3
+   integer, parameter, public :: checkpoint_format = 4
    !> what the file calls itself
    character(len=*), parameter :: what_it_is = 'rfem checkpoint'
    !> the last line of the file: this, the checksum of what stands before the line, and an end of line

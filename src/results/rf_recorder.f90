@@ -8,6 +8,7 @@ module rf_recorder
    use rf_output_input, only: output_settings_t, output_requests_t
    use rf_history, only: history_t
    use rf_frames, only: frames_t
+   use rf_text_file, only: text_file_t
    use rf_print_tables, only: print_tables_t
    use rf_provenance, only: provenance_t
    use rf_checkpoint, only: remove_unfinished
@@ -49,7 +50,8 @@ module rf_recorder
 
 contains
 
-   !> Make all result files. On an error those that this run made are deleted again.
+   !> Make all result files in place of those of an earlier run; not while that is still going: then nothing is touched. On an error
+   !> those that this run made are deleted again.
    subroutine create(self, prefix, title, requests, fracture, dynamic, error)
       class(recorder_t), intent(inout) :: self
       !> folder and job name; first line of the heading
@@ -58,20 +60,31 @@ contains
       !> some step looks at the criterion; some step is dynamic
       logical, intent(in) :: fracture, dynamic
       character(len=:), allocatable, intent(out) :: error
+      character(len=14), parameter :: replaced(8) = [character(len=14) :: '.h5', '_events.csv', '.vtkhdf', '_cracks.vtkhdf', &
+                                                     '.mac', '.dat', '.rst.h5', '.rst.1.h5']
+      type(text_file_t) :: claimed
       call self%take_requests(requests)
       self%fracture = fracture
       self%dynamic = dynamic
       call self%name_files(prefix)
-      call remove_old(prefix)
+      call claimed%claim(prefix//'_history.csv', error)
+      if (allocated(error)) then
+         error = error//'; or give this run another name (--job) or folder (--output)'
+         return
+      end if
+      call remove_unfinished(prefix)
+      call remove_old(prefix, replaced)
       call self%file%create(prefix//'.h5', error)
       if (.not. allocated(error)) call self%file%add_group('/rfem', error)
       if (.not. allocated(error)) call self%provenance%write_start(self%file, error)
+      call remove_old(prefix, ['_history.csv'])       ! at last, and locked until all of this run's are: nobody slips in
       if (.not. allocated(error)) call self%history%create(prefix, self%file, error)
       if (.not. allocated(error)) call self%file%start_swmr(error)
       if (.not. allocated(error)) call self%history%start(self%file, error)
       if (.not. allocated(error)) call self%frames%create(prefix, title, fracture, dynamic, error)
       if (.not. allocated(error)) call self%tables%create(prefix, error)
       if (allocated(error)) call self%discard(.false.)
+      call claimed%discard(keep=.true.)
    end subroutine create
 
    !> The files of this run, for the closing summary.
@@ -169,13 +182,12 @@ contains
       call self%tables%discard(.true.)
    end subroutine release
 
-   !> Delete an earlier result set of this name: what the new run does not write must not stay beside what it writes.
-   subroutine remove_old(prefix)
+   !> Delete files of an earlier result set of this name: what the new run does not write must not stay beside what it writes.
+   subroutine remove_old(prefix, endings)
       character(len=*), intent(in) :: prefix
-      character(len=14), parameter :: endings(9) = [character(len=14) :: '.h5', '_history.csv', '_events.csv', '.vtkhdf', &
-                                                    '_cracks.vtkhdf', '.mac', '.dat', '.rst.h5', '.rst.1.h5']
+      !> trailing blanks do not count
+      character(len=*), intent(in) :: endings(:)
       integer :: i
-      call remove_unfinished(prefix)
       do i = 1, size(endings)
          if (.not. path_exists(prefix//trim(endings(i))) .or. is_folder(prefix//trim(endings(i)))) cycle
          if (.not. remove_file(prefix//trim(endings(i)))) return     ! creating it anew says why

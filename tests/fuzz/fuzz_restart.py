@@ -25,12 +25,12 @@ from pathlib import Path
 import fuzz
 import h5py
 import numpy as np
+from sealed import WORDS as SEAL
+from sealed import sealed
 
 GOOD = fuzz.SOURCE / "tests" / "deck" / "good"
 DECKS = ("output.inp", "softening.inp", "dynamic.inp", "model_change.inp", "loads.inp")
 CHECKPOINT = "deck.rst.h5"
-SEAL = b"rfem checkpoint ends here, checksum "
-PRIME = 4294967291
 TABLES = (".csv", ".dat")
 
 
@@ -53,24 +53,9 @@ def make_seeds(folder):
 
 
 # ----------------------------------------------------------------------------------------------------------- mutations
-def checksum(content):
-    """rf_checksum: Fletcher's sums of the bytes modulo a prime."""
-    first, second = 1, 0
-    for start in range(0, len(content), 65536):
-        block = np.frombuffer(content[start : start + 65536], np.uint8).astype(np.int64)
-        n = len(block)
-        second = (second + n * first + int((block * np.arange(n, 0, -1)).sum())) % PRIME
-        first = (first + int(block.sum())) % PRIME
-    return b"%08X%08X" % (second, first)
-
-
 def body_of(content):
     """What HDF5 has written."""
     return content[: content.rfind(SEAL)]
-
-
-def sealed(body):
-    return body + SEAL + checksum(body) + b"\n"
 
 
 def change_bytes(state, content):

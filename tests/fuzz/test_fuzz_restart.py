@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import fuzz_restart
 import pytest
+import sealed
 
 RUNS = 60
 WHAT = {"bytes", "sealed bytes", "structure", "forged", "results", "exchanged", "missing"}
@@ -23,7 +24,7 @@ def test_some_mutations(tmp_path, capsys):
 def test_the_checksum_is_the_programs(seeds):
     for files in seeds.values():
         content = files[fuzz_restart.CHECKPOINT]
-        assert fuzz_restart.sealed(fuzz_restart.body_of(content)) == content
+        assert sealed.sealed(fuzz_restart.body_of(content)) == content
 
 
 def test_runs_are_reproducible(seeds):

@@ -258,6 +258,15 @@ def edit_a_digit(folder):
     path.write_text(head + "\n" + row.replace("1", "2", 1))
 
 
+def edit_three_bytes(folder):
+    """+1, -2, +1: sums in which neighbours have neighbouring weights do not change."""
+    path = folder / "j_history.csv"
+    head, row = path.read_bytes().split(b"\n", 1)
+    edited = re.sub(rb"[0-8][2-9][0-8]", lambda at: bytes(c + d for c, d in zip(at[0], (1, -2, 1))), row, count=1)
+    assert edited != row
+    path.write_bytes(head + b"\n" + edited)
+
+
 def test_what_cannot_be_gone_on_with(tmp_path):
     """Damaged, cut short, no checkpoint at all, without its results: the reason, status 3, and nothing is changed."""
     assert cut(200, SMALL, "--output", tmp_path / "good", "--job", "j", "--quiet").returncode == 4
@@ -289,6 +298,7 @@ def test_what_cannot_be_gone_on_with(tmp_path):
         at = file["last/ux"].id.get_chunk_info(0).byte_offset + 8
     refused(rewrite(lambda content: content[:at] + bytes([content[at] ^ 64]) + content[at + 1 :]), "damaged")
     refused(rewrite(lambda content: content + b"x"), "j.rst.h5")
-    refused(edit_a_digit, "j_history.csv: the ", " bytes that the checkpoint knows were changed since")
+    for edit in (edit_a_digit, edit_three_bytes):
+        refused(edit, "j_history.csv: the ", " bytes that the checkpoint knows were changed since")
     for name in ("j_history.csv", "j.vtkhdf", "j_cracks.vtkhdf", "j.h5"):
         refused(lambda folder, name=name: os.truncate(folder / name, (folder / name).stat().st_size // 2), name)

@@ -61,17 +61,70 @@ def running(deck, folder):
     return run
 
 
-def test_a_run_that_is_alive(deck, whole, tmp_path):
-    """No file of it is touched, and it comes to its end as if nothing had been."""
-    run = running(deck, tmp_path / "out")
-    before = bytes_of(tmp_path / "out")
-    done = call("--restart", tmp_path / "out" / "j.rst.h5")
-    after = bytes_of(tmp_path / "out")
+def held(run):
+    """Let a run that is alive go on, and tell its exit status."""
     os.kill(run.pid, signal.SIGCONT)
-    assert run.wait(timeout=120) == 0
-    assert done.returncode == 3 and "j_history.csv: is being written by another run" in done.stderr, done.stderr
+    return run.wait(timeout=120)
+
+
+def test_a_run_that_is_alive(deck, whole, tmp_path):
+    """Neither gone on with nor replaced: no file of it is touched, and it comes to its end as if nothing had been."""
+    out = tmp_path / "out"
+    (tmp_path / "link").symlink_to(out)
+    run = running(deck, out)
+    (out / "j.rst.tmp.h5").write_bytes(b"half")
+    before = bytes_of(out)
+    for again in (
+        ["--restart", out / "j.rst.h5"],
+        ["--restart", out / "j.rst.1.h5"],
+        [deck, "--output", out, "--job", "j"],
+        [SMALL, "--output", tmp_path / "link", "--job", "j"],
+    ):
+        done = call(*again)
+        assert done.returncode == 3, done.stderr
+        assert "j_history.csv: is being written by another run, which has to end first" in done.stderr
+        assert ("--job" in done.stderr) == ("--job" in again)
+        assert bytes_of(out) == before
+    assert held(run) == 0
+    assert_same(out, whole[1])
+
+
+def test_a_run_that_goes_on_is_alive_too(deck, whole, tmp_path):
+    """Also a run that goes on from a checkpoint is not replaced; another name in the same folder is free."""
+    out = tmp_path / "out"
+    assert cut(400, deck, "--output", out, "--job", "j", "--quiet").returncode == 4
+    first = (out / "j.rst.h5").stat().st_ino
+    run = subprocess.Popen([PROGRAM, "--restart", out / "j.rst.h5", "--quiet"], stdout=subprocess.DEVNULL)
+    while (out / "j.rst.h5").stat().st_ino == first and run.poll() is None:
+        time.sleep(0.001)
+    os.kill(run.pid, signal.SIGSTOP)
+    before = bytes_of(out)
+    done = call(deck, "--output", out, "--job", "j")
+    after = bytes_of(out)
+    other = call(SMALL, "--output", out, "--job", "k")
+    assert held(run) == 0
+    assert done.returncode == 3 and "is being written by another run" in done.stderr, done.stderr
     assert after == before
-    assert_same(tmp_path / "out", whole[1])
+    assert other.returncode == 0
+    for path in out.glob("k*"):
+        path.unlink()
+    assert_same(out, whole[1])
+
+
+def test_a_run_that_is_dead_is_replaced(deck, tmp_path):
+    """Killed, its lock is gone: all its files make way, also a history that may not be written or has a second name."""
+    out, other = tmp_path / "out", tmp_path / "other"
+    run = running(deck, out)
+    run.kill()
+    run.wait()
+    history = (out / "j_history.csv").read_bytes()
+    os.link(out / "j_history.csv", tmp_path / "kept.csv")
+    (out / "j_history.csv").chmod(0o400)
+    for folder in (out, other):
+        assert call(SMALL, "--output", folder, "--job", "j", "--quiet").returncode == 0
+    assert bytes_of(out).keys() == bytes_of(other).keys()
+    assert_same(out, other)
+    assert (tmp_path / "kept.csv").read_bytes() == history
 
 
 def test_files_of_a_killed_run_stay_as_they_are(deck, whole, tmp_path):
