@@ -162,7 +162,7 @@ def check_energy(run, history, report):
     error, events = history["energy_error"], history["event_count"]
     broken = events > 0
     report.at_most(run, "energy error, of the external work", np.abs(error).max(), 1e-3)
-    flagged = (history["converged"] == 0) & (history["iterations"] > 0)
+    flagged = history["converged"] == 0
     flagged[1:] |= flagged[:-1].copy()
     drift = np.cumsum(np.where(flagged, 0, np.diff(error, prepend=0)))
     report.at_most(run, "energy error that increments between converged rows bring", np.abs(drift).max(), 1e-3)
