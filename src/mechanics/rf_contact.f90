@@ -45,9 +45,8 @@ module rf_contact
       !> gap at which the faces touch: 0, less where a split gave displaced faces a new normal by which they overlap
       !> already. Pushing them apart at once would create energy; the overlap can shrink only (theory: eq. 17) [length]
       real(wp), allocatable :: gap_reference(:)
-      !> friction force on b at the last accepted state [force]; the pair had not reached its limit there
-      real(wp), allocatable, private :: friction_before(:)
-      logical, allocatable, private :: stuck_before(:)
+      !> friction force on b at the last accepted state, and the limit that it had there (huge: the pair is younger) [force]
+      real(wp), allocatable, private :: friction_before(:), limit_before(:)
       !> normal and tangential impulse of the last step, (2, pairs): where the next step of a relaxation begins
       real(wp), allocatable :: impulse(:, :)
       !> n.(1/m_a + 1/m_b).n and the same for the tangent, fixed directions counting 0; their inverse, 0 for 0, (2, pairs)
@@ -135,7 +134,7 @@ contains
       self%slip_reference = from%slip_reference(pairs)
       self%gap_reference = from%gap_reference(pairs)
       self%friction_before = from%friction_before(pairs)
-      self%stuck_before = from%stuck_before(pairs)
+      self%limit_before = from%limit_before(pairs)
       self%impulse = from%impulse(:, pairs)
       call self%cohesive%take(from%cohesive, pairs)
       call sort_keys(self)
@@ -157,12 +156,12 @@ contains
          self%broken(p) = .false.
          self%impulse(:, p) = 0
          self%friction_before(p) = 0
-         self%stuck_before(p) = present(changes)
+         self%limit_before(p) = merge(huge(1.0_wp), 0.0_wp, present(changes))
          if (q > 0) then
             self%broken(p) = old%broken(q)
             self%impulse(:, p) = carried_impulse(self, p, old, q)
             self%friction_before(p) = old%friction_before(q)
-            self%stuck_before(p) = old%stuck_before(q)
+            self%limit_before(p) = old%limit_before(q)
             if (all(abs(old%normal(:, q) - self%normal(:, p)) <= epsilon(1.0_wp))) then
                self%slip_reference(p) = old%slip_reference(q)
                self%gap_reference(p) = old%gap_reference(q)
@@ -368,7 +367,7 @@ contains
       call grow(self%slip_reference, n)
       call grow(self%gap_reference, n)
       call grow(self%friction_before, n)
-      call grow(self%stuck_before, n)
+      call grow(self%limit_before, n)
       call grow(self%impulse, n, 2)
       call grow(self%weight, n, 2)
       call grow(self%gain, n, 2)
@@ -557,7 +556,7 @@ contains
       call carry(self%slip_reference, stay)
       call carry(self%gap_reference, stay)
       call carry(self%friction_before, stay)
-      call carry(self%stuck_before, stay)
+      call carry(self%limit_before, stay)
       call carry(self%impulse, stay)
       call carry(self%weight, stay)
       call carry(self%gain, stay)
@@ -830,7 +829,7 @@ contains
       !> [force length]
       real(wp), intent(out) :: friction_work
       integer :: p, how
-      real(wp) :: s, friction, mean
+      real(wp) :: s, friction
       friction_work = 0
       self%cohesive%stored = 0
       do p = 1, self%n_pairs
@@ -840,18 +839,32 @@ contains
          call self%follow_overlap(motion, p)
          friction = (self%impulse(2, p) - self%cohesive%impulse(2, p))/b
          if (how /= pair_stick) then
-            ! a pair that slides on does so under the mean of both tractions, one that has stuck till its limit under this
-            mean = friction
-            if (how == pair_slip .and. .not. (self%stuck_before(p) .or. friction*self%friction_before(p) < 0)) &
-               mean = 0.5_wp*(friction + self%friction_before(p))
-            friction_work = friction_work - mean*(s - self%slip_reference(p))
+            friction_work = friction_work - mean_friction(self, p, how, friction)*(s - self%slip_reference(p))
             self%slip_reference(p) = s
             self%broken(p) = .true.
          end if
          self%friction_before(p) = friction
-         self%stuck_before(p) = how == pair_stick
+         self%limit_before(p) = self%friction(p)*max(0.0_wp, self%impulse(1, p))/b
+         if (self%impulse(1, p) > 0) self%limit_before(p) = self%limit_before(p) + self%cohesive_force(p)
       end do
    end subroutine settle
+
+   !> Friction under which a pair has slipped since the last accepted state [force]. One that was at its limit there slid all the
+   !> way, under the mean of that limit and of this one; one that was far below stuck till this one; between them by the part of
+   !> its limit that it bore (theory: eq. 39).
+   pure real(wp) function mean_friction(self, p, how, friction) result(mean)
+      type(contact_t), intent(in) :: self
+      !> pair, its state now
+      integer, intent(in) :: p, how
+      !> on b, now [force]
+      real(wp), intent(in) :: friction
+      real(wp) :: part
+      mean = friction
+      if (how /= pair_slip .or. friction*self%friction_before(p) < 0) return
+      part = 1
+      if (self%limit_before(p) > 0) part = min(1.0_wp, abs(self%friction_before(p))/self%limit_before(p))
+      mean = friction + 0.5_wp*part*(sign(self%limit_before(p), friction) - friction)
+   end function mean_friction
 
    !> Opening of a pair from where its faces touch [length].
    pure real(wp) function opening(self, motion, p)

@@ -403,7 +403,7 @@ contains
       call move(self%slip_reference, runs)
       call move(self%gap_reference, runs)
       call move(self%friction_before, runs)
-      call move(self%stuck_before, runs)
+      call move(self%limit_before, runs)
       call move(self%impulse, runs)
       call self%cohesive%shift(runs, self%n_pairs)
    end subroutine shift_pairs
@@ -461,7 +461,7 @@ contains
          self%slip_reference(p) = new%slip_reference(q)
          self%gap_reference(p) = new%gap_reference(q)
          self%friction_before(p) = new%friction_before(q)
-         self%stuck_before(p) = new%stuck_before(q)
+         self%limit_before(p) = new%limit_before(q)
          self%impulse(:, p) = new%impulse(:, q)
          call self%cohesive%put(p, new%cohesive, q)
          if (q <= new%n_lone) self%node(2*p - 1:2*p) = new%pair(:, q)

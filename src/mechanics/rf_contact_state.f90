@@ -25,7 +25,7 @@ contains
       call archive%exchange('slip_reference', self%slip_reference)
       call archive%exchange('gap_reference', self%gap_reference)
       call archive%exchange('friction_before', self%friction_before)
-      call archive%exchange('stuck_before', self%stuck_before)
+      call archive%exchange('limit_before', self%limit_before)
       call archive%exchange('impulse', self%impulse)
       call archive%exchange('weight', self%weight)
       call archive%exchange('gain', self%gain)

@@ -13,6 +13,7 @@ module rf_relaxation
    use rf_loads, only: loads_t
    use rf_motion, only: motion_t
    use rf_pieces, only: pieces_t
+   use rf_debris, only: debris_t
    use rf_step_k, only: relaxation_step, block_size, n_sums, sum_curvature, sum_kinetic, sum_residual, sum_reaction
    use rf_contact_k, only: contact_step
    implicit none
@@ -47,6 +48,8 @@ module rf_relaxation
    !> weight of the newest Rayleigh quotient in that search, and steps that it takes at least
    real(wp), parameter :: viscous_smoothing = 0.02_wp
    integer, parameter :: viscous_steps = 100
+   !> steps between two looks at which loose pieces bear load, and over which their motion is looked at
+   integer, parameter :: steps_of_look = 25, steps_of_debris = 100
 
    type :: relaxation_settings_t
       !> residual relative to the scale of forces for states that are recorded, and for those that choose an event
@@ -94,6 +97,8 @@ module rf_relaxation
       !> damping coefficient of VISCOUS once known [-]
       real(wp), private :: viscous = -1
       type(progress_t), private :: now
+      !> loose pieces that bear load
+      type(debris_t), private :: debris
       !> per node: its residual counts; its motion enters the damping; its residual is summed by the step kernel (not by
       !> contact); part of the velocity that it keeps in a step. Of size 0 where all nodes have 1
       real(wp), allocatable, private :: counted(:), paced(:), measured(:), keep(:)
@@ -104,6 +109,7 @@ module rf_relaxation
    contains
       procedure :: begin_step, equilibrate, exchange
       procedure, private :: start, prepare_masks, step, sum_up, next_damping, judge_failure, return_to_peak, keep_velocities
+      procedure, private :: watch_debris
    end type relaxation_t
 
 contains
@@ -133,12 +139,13 @@ contains
       real(wp) :: sums(n_sums), scale
       integer(i8) :: ticks(2), rate
       integer :: done
+      logical :: there, changed
 
       call system_clock(ticks(1), rate)
       if (.not. self%under_way) then
          call contact%weigh(rows%inverse_mass, loads%free_x, loads%free_y)
          call pieces%look_at_loads(loads, contact%bonds())
-         call self%start(mesh, loads, pieces, motion)
+         call self%start(mesh, contact, loads, pieces, motion, tolerance)
       end if
       call self%prepare_masks(mesh, rows, contact, loads, pieces)
       call contact%arrange(mesh%n_nodes, rows%inverse_mass, loads%free_x, loads%free_y, self%counted)
@@ -153,8 +160,9 @@ contains
          self%now%largest = max(self%now%largest, sqrt(sums(sum_residual) + sums(sum_reaction)))
          scale = max(self%now%applied, sqrt(sums(sum_reaction)), scale_memory*self%largest_scale, &
                      round_off*self%now%largest/tolerance)
-         if (sqrt(sums(sum_residual)) <= tolerance*scale) exit
-         if (self%iterations >= self%settings%max_iterations) exit
+         there = sqrt(sums(sum_residual)) <= tolerance*scale
+         call self%watch_debris(mesh, rows, contact, loads, pieces, motion, sqrt(sums(sum_residual)), tolerance*scale, changed)
+         if (.not. changed .and. (there .or. self%iterations >= self%settings%max_iterations)) exit
          call self%next_damping(sums, sqrt(sums(sum_residual)) > viscous_look*tolerance*scale)
          self%now%at_rest = self%settings%damping == damping_kinetic .and. sums(sum_kinetic) < self%now%kinetic_before
          self%now%kinetic_before = sums(sum_kinetic)
@@ -178,12 +186,15 @@ contains
    end subroutine equilibrate
 
    !> A relaxation begins: the body is at rest, supports are where they have to be.
-   subroutine start(self, mesh, loads, pieces, motion)
+   subroutine start(self, mesh, contact, loads, pieces, motion, tolerance)
       class(relaxation_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
+      type(contact_t), intent(in) :: contact
       type(loads_t), intent(in) :: loads
       type(pieces_t), intent(in) :: pieces
       type(motion_t), intent(inout) :: motion
+      real(wp), intent(in) :: tolerance
+      logical :: changed
       integer :: n
       call motion%reserve(mesh%n_nodes)
       do n = 1, mesh%n_nodes
@@ -200,7 +211,34 @@ contains
       self%now%largest = 0
       self%now%start = summed_displacements(mesh, pieces, motion)
       self%iterations = 0
+      call self%debris%begin(pieces%n)
+      call self%debris%look(contact, pieces, self%b, tolerance*max(self%now%applied, scale_memory*self%largest_scale), changed)
    end subroutine start
+
+   !> Loose pieces that bear load: which they are now, and how slowly the body creeps with them.
+   subroutine watch_debris(self, mesh, rows, contact, loads, pieces, motion, residual, limit, changed)
+      class(relaxation_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(rows_t), intent(in) :: rows
+      type(contact_t), intent(inout) :: contact
+      type(loads_t), intent(in) :: loads
+      type(pieces_t), intent(in) :: pieces
+      type(motion_t), intent(in) :: motion
+      !> |r| of the last step, and at which the state is taken [force]
+      real(wp), intent(in) :: residual, limit
+      !> what counts has changed: the next step knows its residual
+      logical, intent(out) :: changed
+      logical :: due
+      due = mod(self%iterations, steps_of_look) == 0 .and. self%iterations < self%settings%max_iterations
+      changed = .false.
+      if (due .or. residual <= limit) call self%debris%look(contact, pieces, self%b, limit, changed)
+      if (changed) then
+         call self%prepare_masks(mesh, rows, contact, loads, pieces)
+         call contact%arrange(mesh%n_nodes, rows%inverse_mass, loads%free_x, loads%free_y, self%counted)
+      end if
+      if (mod(self%iterations, steps_of_debris) == 0) &
+         call self%debris%follow(mesh%n_nodes, contact, motion, self%b, rows%inverse_mass, self%paced, residual)
+   end subroutine watch_debris
 
    !> One step: forces and update of all nodes, then contact.
    subroutine step(self, mesh, rows, contact, loads, motion, tolerance)
@@ -302,6 +340,7 @@ contains
       real(wp) :: quotient
       quotient = 0
       if (sums(sum_kinetic) > 0) quotient = max(0.0_wp, sums(sum_curvature)/sums(sum_kinetic))
+      quotient = min(quotient, self%debris%slow)
       associate (now => self%now)
          select case (self%settings%damping)
          case (damping_adaptive)
@@ -330,9 +369,8 @@ contains
       type(contact_t), intent(in) :: contact
       type(loads_t), intent(in) :: loads
       type(pieces_t), intent(in) :: pieces
-      integer :: n, b
-      logical :: loose, slides
-      logical :: all_hang
+      integer :: n, b, p
+      logical :: alone, drifts, all_hang
       all_hang = all((pieces%supported .or. pieces%loaded) .and. (.not. pieces%slides .or. pieces%loaded))
       call make_room(self%counted, merge(0, mesh%n_nodes, all_hang))
       call make_room(self%paced, merge(0, mesh%n_nodes, all_hang))
@@ -347,13 +385,15 @@ contains
          b = (n - 1)/block_size + 1
          if (loads%is_held(1, n) .or. loads%is_held(2, n)) self%special(b) = .true.
          if (all_hang) cycle
-         loose = .not. (pieces%supported(pieces%of_node(n)) .or. pieces%loaded(pieces%of_node(n)))
-         self%counted(n) = merge(0.0_wp, 1.0_wp, loose)
+         p = pieces%of_node(n)
+         alone = .not. (pieces%supported(p) .or. pieces%loaded(p))
+         drifts = (alone .and. .not. self%debris%clamped(p)) .or. (pieces%slides(p) .and. .not. pieces%loaded(p))
+         alone = alone .and. .not. self%debris%counts(p)
+         self%counted(n) = merge(0.0_wp, 1.0_wp, alone)
          self%measured(n) = self%counted(n)
-         slides = pieces%slides(pieces%of_node(n)) .and. .not. pieces%loaded(pieces%of_node(n))
-         self%paced(n) = merge(0.0_wp, 1.0_wp, loose .or. slides)
-         self%keep(n) = merge(loose_keep, 1.0_wp, loose .or. slides)
-         if (loose .or. slides) self%special(b) = .true.
+         self%paced(n) = merge(0.0_wp, 1.0_wp, drifts)
+         self%keep(n) = merge(loose_keep, 1.0_wp, drifts .and. .not. self%debris%counts(p))
+         if (alone .or. drifts) self%special(b) = .true.
       end do
       do n = 1, contact%n_nodes
          self%measured(contact%node(n)) = 0
@@ -499,6 +539,9 @@ contains
          call archive%exchange('largest', now%largest)
          call archive%exchange('start', now%start)
       end associate
+      call archive%enter('debris')
+      call self%debris%exchange(archive)
+      call archive%leave()
    end subroutine exchange
 
 end module rf_relaxation

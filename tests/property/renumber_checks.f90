@@ -165,7 +165,7 @@ contains
          rule = '-'
       case ('area', 'friction', 'cohesion', 'cohesive/area', 'cohesive/energy', 'cohesive/strength', 'cohesive/bonded')
          rule = 'p'
-      case ('broken', 'slip_reference', 'gap_reference', 'friction_before', 'stuck_before', 'impulse', 'cohesive/damage', &
+      case ('broken', 'slip_reference', 'gap_reference', 'friction_before', 'limit_before', 'impulse', 'cohesive/damage', &
             'cohesive/separation', 'cohesive/jump')
          rule = 'p *'
       case ('cohesive/rigid')
