@@ -163,6 +163,7 @@ contains
          there = sqrt(sums(sum_residual)) <= tolerance*scale
          call self%watch_debris(mesh, rows, contact, loads, pieces, motion, sqrt(sums(sum_residual)), tolerance*scale, changed)
          if (.not. changed .and. (there .or. self%iterations >= self%settings%max_iterations)) exit
+         if (self%iterations > self%settings%max_iterations) exit      ! one step shows what has begun to count, and no more
          call self%next_damping(sums, sqrt(sums(sum_residual)) > viscous_look*tolerance*scale)
          self%now%at_rest = self%settings%damping == damping_kinetic .and. sums(sum_kinetic) < self%now%kinetic_before
          self%now%kinetic_before = sums(sum_kinetic)
