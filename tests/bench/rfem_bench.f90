@@ -1,7 +1,7 @@
 !> Measures parts of rfem on bodies of its own and prints lines `name value` (seconds, bytes, counts):
 !>
 !>    rfem_bench triad THREADS
-!>    rfem_bench step ELEMENTS ORDERING THREADS [CRACKED|CROSSED]
+!>    rfem_bench step ELEMENTS ORDERING THREADS [CRACKED|CROSSED|MIXED|GRAINS]
 !>    rfem_bench look ELEMENTS THREADS
 !>    rfem_bench event ELEMENTS EVENTS [CRACKED|CROSSED]
 !>    rfem_bench growth ELEMENTS PERCENT
@@ -165,7 +165,7 @@ contains
       call put('bytes_per_step', bytes_per_step())
    end subroutine measure_step
 
-   !> Time of a step with contact and of one without, of a body of the same size that is whole: windows in turn, so that what
+   !> Time of a step with contact (or of many materials) and of one without, of a body of the same size that is whole: windows in turn, so that what
    !> the machine does beside slows down both.
    subroutine measure_contact()
       type(model_t), allocatable :: whole
