@@ -165,8 +165,8 @@ contains
       call put('bytes_per_step', bytes_per_step())
    end subroutine measure_step
 
-   !> Time of a step with contact (or of many materials) and of one without, of a body of the same size that is whole: windows in turn, so that what
-   !> the machine does beside slows down both.
+   !> Time of a step with contact, or of many materials, and of one of a body of the same size that is whole and of one material:
+   !> windows in turn, so that what the machine does beside slows down both.
    subroutine measure_contact()
       type(model_t), allocatable :: whole
       integer :: steps, windows
