@@ -16,17 +16,23 @@ from __future__ import annotations
 import argparse
 import csv
 import io
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Union
 
-import h5py
-import numpy as np
+from rfem_command import Parser, leave_without
 
-from rfem_command import Parser
-from rfem_io import ResultsError, nearest, open_hdf5, text_of
-from rfem_results import Results, jobs_in
+try:
+    import h5py
+    import numpy as np
+
+    from rfem_fields import Units
+    from rfem_io import ResultsError, nearest, open_hdf5, reading, short_text, text_of
+    from rfem_results import Results, jobs_in
+except ModuleNotFoundError as missing:
+    leave_without("rfem_collect", missing)
 
 Value = Union[str, int, float]
 LAST_VALUES = (
@@ -51,18 +57,18 @@ def parameters(results: Results) -> dict[str, Value]:
     """Values of the deck's *PARAMETER, those of --set included; {} where JOB.h5 cannot be read."""
     try:
         file, _ = open_hdf5(results.path(".h5"))
+        with file, reading(results.path(".h5"), "its settings"):
+            group = file.get("rfem/settings")
+            if not isinstance(group, h5py.Group):
+                return {}
+            pairs = zip(text_of(group["name"][()]).split("\n"), text_of(group["value"][()]).split("\n"))
+            return {
+                name.split(" ", 1)[1]: number(value.strip())
+                for name, value in pairs
+                if name.startswith("*PARAMETER ")
+            }
     except ResultsError:
         return {}
-    with file:
-        group = file.get("rfem/settings")
-        if not isinstance(group, h5py.Group):
-            return {}
-        pairs = zip(text_of(group["name"][()]).split("\n"), text_of(group["value"][()]).split("\n"))
-        return {
-            name.split(" ", 1)[1]: number(value.strip())
-            for name, value in pairs
-            if name.startswith("*PARAMETER ")
-        }
 
 
 def exit_status(results: Results) -> int | None:
@@ -76,11 +82,18 @@ def exit_status(results: Results) -> int | None:
     return int(text) if text.lstrip("-").isdigit() else None
 
 
+def state_of(status: int | None) -> str:
+    """State of a job by its exit status; 126 and 127 are the shell's: the program could not be started."""
+    if status == 0:
+        return DONE
+    return FAILED if status in (1, 2, 3, 126, 127) else UNFINISHED
+
+
 def summary(results: Results) -> dict[str, Value]:
     """One row of the table: what came of a job."""
     row: dict[str, Value] = {"job": results.job}
     status = exit_status(results)
-    row["state"] = UNFINISHED if status is None or status > 3 else DONE if status == 0 else FAILED
+    row["state"] = state_of(status)
     if status is not None:
         row["exit_status"] = status
     row |= parameters(results)
@@ -158,26 +171,45 @@ def find_jobs(where: Sequence[str | Path]) -> list[Results]:
 
 
 def read_sweep(path: str | Path) -> list[dict[str, Value]]:
-    """Jobs of a sweep, with their parameters; ResultsError if the table is wrong."""
+    """Jobs of a sweep, with their parameters; ResultsError if the table is wrong.
+
+    The same rules as those of docs/batch/run_row.sh: plain commas, no quotes, blanks only around a value.
+    """
     try:
-        text = Path(path).read_text(encoding="utf-8")
+        text = Path(path).read_text(encoding="utf-8-sig")
     except OSError as error:
         raise ResultsError(f"{path}: {error.strerror or error}") from error
-    reader = csv.DictReader(io.StringIO("\n".join(line for line in text.splitlines() if line.strip())))
-    names = [name.strip() for name in reader.fieldnames or []]
-    if not names or names[0] != "job":
-        raise ResultsError(f"{path}: the first column of a sweep is job, the others are parameters")
-    rows = []
-    for line, values in enumerate(reader, start=2):
-        cells = [values[key] for key in reader.fieldnames]
-        if None in cells or None in values:
-            raise ResultsError(f"{path}:{line}: not as many values as columns")
-        rows.append({name: number(cell.strip()) for name, cell in zip(names, cells)})
-        rows[-1]["job"] = str(cells[0]).strip()
-    jobs = [row["job"] for row in rows]
-    twice = sorted({job for job in jobs if jobs.count(job) > 1})
-    if twice:
-        raise ResultsError(f"{path}: the job {twice[0]} is there twice")
+    except UnicodeDecodeError as error:
+        raise ResultsError(f"{path} is no text: {short_text(error)}") from error
+    lines = [(number, line) for number, line in enumerate(text.split("\n"), start=1) if line.strip()]
+    if not lines:
+        raise ResultsError(f"{path} is empty: it needs a line 'job, NAME, ..' and a line for each run")
+    table = [(number, [cell.strip(" \t\r") for cell in line.split(",")]) for number, line in lines]
+    first, names = table.pop(0)
+    if names[0] != "job":
+        raise ResultsError(f"{path}:{first}: the first column of a sweep is job, the others are parameters")
+    rows, seen = [], {}
+    for line, name in [(first, name) for name in names]:
+        if not re.fullmatch(r"[A-Za-z0-9_]+", name):
+            raise ResultsError(f"{path}:{line}: '{name}' is no name of a parameter (letters, digits and _)")
+        if names.count(name) > 1:
+            raise ResultsError(f"{path}:{line}: the column {name} is there twice")
+    for line, cells in table:
+        job = cells[0]
+        if len(cells) != len(names):
+            raise ResultsError(f"{path}:{line}: {len(cells)} values for {len(names)} columns")
+        if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.+-]*", job):
+            raise ResultsError(
+                f"{path}:{line}: '{job}' is no job name: letters, digits, _ . + -, the first no . + or -"
+            )
+        if job in seen:
+            raise ResultsError(f"{path}:{line}: the job {job} is there twice (line {seen[job]})")
+        for name, cell in zip(names, cells):
+            if not re.fullmatch(r"[^ \t'\"]+", cell):
+                raise ResultsError(f"{path}:{line}: '{cell}' is no value for {name}: one word without quotes")
+        seen[job] = line
+        rows.append({name: number(cell) for name, cell in zip(names, cells)})
+        rows[-1]["job"] = job
     return rows
 
 
@@ -186,6 +218,10 @@ def collect(where: Sequence[str | Path], sweep: str | Path | None = None) -> lis
     rows = []
     for results in find_jobs(where):
         rows.append(summary(results))
+        for reason in results.unreadable:
+            sys.stderr.write(
+                f"rfem_collect: note: {reason} (the row has what {results.job}_history.csv has)\n"
+            )
         results.close()
     if sweep is not None:
         by_job = {row["job"]: row for row in rows}
@@ -243,7 +279,44 @@ def numbers_of(rows: Sequence[Mapping[str, Value]], name: str) -> str:
     return found
 
 
-def sweep_figure(rows: Sequence[Mapping[str, Value]], x: str, y: str, by: str | None = None):  # noqa: ANN201
+def sweep_units(where: Sequence[str | Path]) -> Units:
+    """Units that the decks' headings state; ResultsError where two decks state different ones."""
+    from rfem_curves import common_units
+
+    jobs = find_jobs(where)
+    units = common_units(jobs)
+    for results in jobs:
+        results.close()
+    return units
+
+
+def axis_label(name: str, names: Sequence[str], units: Units) -> str:
+    """Label of an axis: the column's name as it stands in the table, with its unit where that is known.
+
+    A parameter's unit is the user's affair. `names`: all columns.
+    """
+    from rfem_fields import COLUMN_UNITS
+
+    kind = COLUMN_UNITS.get(name.removeprefix("first_event_"), "")
+    for ending, unit in MONITOR_UNITS.items():
+        if name.endswith(ending) and f"{name.removesuffix(ending)}_peak_time" in names:
+            kind = unit
+    return f"{name} (s)" if name == "wall_time" else units.label(name, kind)
+
+
+MONITOR_UNITS = {
+    "_peak": "force",
+    "_peak_time": "time",
+    "_first_event": "force",
+    "_last": "force",
+    "_u1": "length",
+    "_u2": "length",
+}
+
+
+def sweep_figure(  # noqa: ANN201
+    rows: Sequence[Mapping[str, Value]], x: str, y: str, by: str | None = None, units: Units | None = None
+):
     """A quantity against a parameter, a line for each value of `by`; jobs that are not done are hollow.
 
     A matplotlib Figure. ResultsError if a column is missing or no job has both values.
@@ -254,6 +327,7 @@ def sweep_figure(rows: Sequence[Mapping[str, Value]], x: str, y: str, by: str | 
 
     from rfem_style import STYLE, number_text
 
+    units = units or Units()
     x, y = numbers_of(rows, x), numbers_of(rows, y)
     by = numbers_of(rows, by) if by else None
     usable = [
@@ -282,8 +356,9 @@ def sweep_figure(rows: Sequence[Mapping[str, Value]], x: str, y: str, by: str | 
             f"{len(rows)} jobs" + (f", {left} of them not done (hollow, or absent)" if left else ""),
             loc="left",
         )
-        ax.set_xlabel(x)
-        ax.set_ylabel(y)
+        names = columns_of(rows)
+        ax.set_xlabel(axis_label(x, names, units))
+        ax.set_ylabel(axis_label(y, names, units))
         ax.grid(color="#DDDDDD", linewidth=0.5)
         ax.set_axisbelow(True)
         ax.spines[["top", "right"]].set_visible(False)
@@ -315,7 +390,9 @@ def make_parser() -> Parser:
     parser.add_argument("--plot", nargs=2, metavar=("X", "Y"), help="draw column Y against column X")
     parser.add_argument("--by", metavar="Z", help="with --plot: a line for each value of column Z")
     parser.add_argument(
-        "--figure", metavar="FILE", help="where the figure goes (default: Y_over_X.png); png, pdf, svg"
+        "--figure",
+        metavar="FILE",
+        help="where the figure goes (default: Y_over_X.png beside the table); png, pdf, svg",
     )
     return parser
 
@@ -325,13 +402,16 @@ def run(options: argparse.Namespace) -> int:
     if options.plot is None and (options.by or options.figure):
         raise ResultsError("--by and --figure go with --plot X Y")
     rows = collect(options.where or ["."], options.sweep)
-    figure = sweep_figure(rows, *options.plot, options.by) if options.plot else None
+    figure = None
+    if options.plot:
+        figure = sweep_figure(rows, *options.plot, options.by, sweep_units(options.where or ["."]))
     if options.output or figure is None:
         write_table(rows, Path(options.output) if options.output else None)
     if figure is not None:
         from rfem_style import save
 
-        path = Path(options.figure or f"{options.plot[1]}_over_{options.plot[0]}.png")
+        beside = Path(options.output).parent if options.output else Path()
+        path = Path(options.figure or beside / f"{options.plot[1]}_over_{options.plot[0]}.png")
         if path.suffix not in (".png", ".pdf", ".svg"):
             raise ResultsError(f"{path} must end in .png, .pdf or .svg")
         save(figure, path)
@@ -362,6 +442,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except ResultsError as error:
         sys.stderr.write(f"rfem_collect: error: {' '.join(str(error).split())}\n")
         return 2
+    except ModuleNotFoundError as missing:
+        leave_without("rfem_collect", missing)
 
 
 if __name__ == "__main__":

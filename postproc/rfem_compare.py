@@ -29,11 +29,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
+from rfem_command import Parser, leave_without
 
-from rfem_command import Parser
-from rfem_io import ResultsError, nearest
-from rfem_results import Results, open_results
+try:
+    import numpy as np
+
+    from rfem_io import ResultsError, nearest
+    from rfem_results import Results, open_results
+except ModuleNotFoundError as missing:
+    leave_without("rfem_compare", missing)
 
 KINDS = ("relative", "absolute", "of the peak")
 IGNORE = "ignore"
@@ -452,6 +456,8 @@ def run(options: argparse.Namespace) -> int:
         else:
             with open_results(options.one) as one:
                 done = compare(one, two, tolerances)
+                say_what_is_unreadable(one)
+        say_what_is_unreadable(two)
     for item in done.differences:
         print(f"differs: {item}")
     counts = f"{done.rows} rows before the first event, {done.columns} columns, {done.quantities} quantities"
@@ -461,6 +467,14 @@ def run(options: argparse.Namespace) -> int:
     digests = "; digests are equal: the same answer to the last bit" if done.same_digests else ""
     print(f"equal within the tolerances ({counts}){digests}")
     return 0
+
+
+def say_what_is_unreadable(results: Results) -> None:
+    """Files that were passed over, on standard error."""
+    for reason in results.unreadable:
+        sys.stderr.write(
+            f"rfem_compare: note: {reason} ({results.job}_history.csv and _events.csv are compared)\n"
+        )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

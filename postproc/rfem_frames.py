@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rfem_io import PathLike, ResultsError, open_hdf5, short_text
+from rfem_io import NOT_SAVED, WHAT_TO_DO, PathLike, ResultsError, open_hdf5, reading, short_text
 
 TRIANGLE, LINE = 5, 3  # VTK cell types
 NODES_OF_CELL = {TRIANGLE: 3, LINE: 2}
@@ -84,17 +84,20 @@ class Frame:
 class FrameFile(Sequence):
     """A temporal VTKHDF file: a sequence of `Frame`, read one at a time; negative indices from the end."""
 
-    def __init__(self, path: PathLike) -> None:
+    def __init__(self, path: PathLike, salvage: bool = False) -> None:
         self.path = Path(path)
-        self.file, self.closed_normally = open_hdf5(self.path)
+        self.file, self.closed_normally = open_hdf5(self.path, salvage)
         try:
             self._root = self.file["VTKHDF"]
             self._steps = self._root["Steps"]
             self._count = self._complete_frames()
             self._values = self._steps["Values"][: self._count].astype(np.float64)
-        except (KeyError, OSError, RuntimeError) as error:
+        except (KeyError, OSError, RuntimeError, ValueError, TypeError, IndexError) as error:
             self.file.close()
-            raise ResultsError(f"{self.path} is no VTKHDF file with steps ({short_text(error)})") from error
+            raise ResultsError(
+                f"{self.path} is no VTKHDF file with steps, or its steps are damaged ({short_text(error)}); "
+                f"{NOT_SAVED if salvage else WHAT_TO_DO}"
+            ) from error
         self._geometry: tuple[int, np.ndarray, np.ndarray] = (-1, np.empty(0), np.empty(0))
 
     def __len__(self) -> int:
@@ -102,7 +105,8 @@ class FrameFile(Sequence):
 
     def __getitem__(self, index: int) -> Frame:  # type: ignore[override]
         number = self.number(index)
-        points, cells = self._read_geometry(number)
+        with reading(self.path, f"the mesh of frame {number}"):
+            points, cells = self._read_geometry(number)
         return Frame(
             index=number,
             time=float(self.times[number]),
@@ -147,11 +151,12 @@ class FrameFile(Sequence):
         kinds = np.full(self._count, -1, dtype=np.int64)
         if "FieldData/frame_kind" not in self._root:
             return kinds
-        stored = self._root["FieldData/frame_kind"][...].reshape(-1)
-        if "FieldDataOffsets/frame_kind" in self._steps:
-            where = self._steps["FieldDataOffsets/frame_kind"][: self._count].reshape(-1)
-        else:
-            where = np.arange(self._count)
+        with reading(self.path, "frame_kind"):
+            stored = self._root["FieldData/frame_kind"][...].reshape(-1)
+            if "FieldDataOffsets/frame_kind" in self._steps:
+                where = self._steps["FieldDataOffsets/frame_kind"][: self._count].reshape(-1)
+            else:
+                where = np.arange(self._count)
         known = np.flatnonzero(where[: self._count] < len(stored))
         kinds[known] = stored[where[known]]
         return kinds
@@ -174,11 +179,13 @@ class FrameFile(Sequence):
 
     def field_names(self, location: str) -> list[str]:
         """Names of the fields of 'PointData' or 'CellData'."""
-        return sorted(self._root[location]) if location in self._root else []
+        with reading(self.path, location):
+            return sorted(self._root[location]) if location in self._root else []
 
     def components(self, location: str, name: str) -> int:
         """Number of components of a field."""
-        shape = self._root[f"{location}/{name}"].shape
+        with reading(self.path, name):
+            shape = self._root[f"{location}/{name}"].shape
         return shape[1] if len(shape) > 1 else 1
 
     def read_field(self, location: str, name: str, index: int, count: int) -> np.ndarray:
@@ -186,8 +193,9 @@ class FrameFile(Sequence):
         offsets = f"{location}Offsets/{name}"
         if offsets not in self._steps:
             raise ResultsError(f"{self.path.name}: Steps/{offsets} is missing, {name} cannot be read")
-        start = int(self._steps[offsets][index])
-        values = self._root[f"{location}/{name}"][start : start + count]
+        with reading(self.path, f"{name} of frame {index}"):
+            start = int(self._steps[offsets][index])
+            values = self._root[f"{location}/{name}"][start : start + count]
         if values.ndim == 2 and values.shape[1] == 1:
             values = values[:, 0]
         return values
@@ -234,11 +242,11 @@ class FrameFile(Sequence):
             if f"{location}Offsets/{name}" in steps
         ]
         count = min([int(steps.attrs["NSteps"])] + [steps[name].shape[0] for name in names])
-        while count > 0 and not self._is_complete(count - 1):
+        while count > 0 and not self.is_complete(count - 1):
             count -= 1
         return count
 
-    def _is_complete(self, index: int) -> bool:
+    def is_complete(self, index: int) -> bool:
         """Whether the data of a frame reach as far as its offsets say."""
         root, steps = self._root, self._steps
         part = int(steps["PartOffsets"][index])

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
+import ctypes
 import difflib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Union
@@ -31,28 +33,84 @@ def short_text(error: BaseException) -> str:
     return str(error).strip("'\"").splitlines()[0] if str(error) else type(error).__name__
 
 
-def open_hdf5(path: PathLike) -> tuple[h5py.File, bool]:
+@contextlib.contextmanager
+def reading(path: PathLike, what: str = "its content", advice: str = "") -> Iterator[None]:
+    """Turn a failure to read from an open HDF5 file (a damaged or missing piece) into a ResultsError."""
+    try:
+        yield
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError, IndexError, OverflowError) as error:
+        raise ResultsError(
+            f"{path}: {what} cannot be read, the file is damaged ({short_text(error)}); "
+            f"{advice or WHAT_TO_DO}"
+        ) from error
+
+
+# Reading what a run is writing means reading again what does not fit together yet. HDF5 waits between two
+# attempts, each time twice as long as before, from 1 ns on; its own limit of 100 attempts means for ever, and
+# what is cut off never fits together. With N attempts it waits 2^N ns for a piece: 0.13 s for these.
+READ_ATTEMPTS = 27
+WHAT_TO_DO = "'rfem-recover JOB' saves what can be read; else run it again"
+NOT_SAVED = "nothing is saved of it, it is as it was; run it again"  # rfem-recover itself
+
+
+def open_hdf5(path: PathLike, salvage: bool = False) -> tuple[h5py.File, bool]:
     """Open for reading; also a file that a run is writing, or was writing when it was killed.
 
-    Returns the file, and whether it was closed normally. ResultsError says what to do where nothing helps.
+    Never waits long. Returns the file, and whether it was closed normally and is whole. ResultsError says
+    what to do where nothing helps. `salvage`: also a file that was cut off later, and without waiting for
+    what does not fit together: HDF5 notices only missing pieces that have a checksum (`unreadable_rows`).
     """
     path = Path(path)
     if not path.is_file():
         raise ResultsError(f"{path} does not exist")
+    try:
+        cut = cut_off(path)
+    except OSError as error:
+        raise ResultsError(f"{path}: {(error.strerror or str(error)).lower()}") from error
+    if cut and not salvage:
+        raise ResultsError(f"{path} is cut off: {cut}; {WHAT_TO_DO}")
     reason = ""
     for options in _ways_to_open():
         try:
-            return h5py.File(path, "r", **options), "swmr" not in options
+            file = _open(path, 1 if salvage else READ_ATTEMPTS, **options)
         except PermissionError as error:
             raise ResultsError(f"{path}: {error.strerror or 'permission denied'}") from error
         except (OSError, RuntimeError, ValueError) as error:
             reason = reason or short_text(error)
+            continue
+        try:
+            list(file)
+        except (OSError, RuntimeError, ValueError) as error:
+            file.close()
+            raise ResultsError(
+                f"{path} is cut off at its beginning, or that is damaged: nothing can be read "
+                f"of it ({short_text(error)}); run it again"
+            ) from error
+        return file, "swmr" not in options and not cut
     if not h5py.is_hdf5(path):
-        raise ResultsError(f"{path} is no HDF5 file, or is cut off before its first frame")
+        raise ResultsError(f"{path} is no HDF5 file, or is cut off before its first frame; run it again")
     raise ResultsError(
         f"{path} cannot be opened: a run is still starting, or was killed while it did; wait for its first "
         f"frame, or repair the file with 'h5clear -s --increment=0 {path}' ({reason})"
     )
+
+
+def cut_off(path: Path) -> str:
+    """How many bytes a file has lost since it was closed; empty if none, or if it was never closed."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        head = file.read(48)
+    # superblock: signature, version, sizes of offsets and lengths, flags (0: closed), base, extension, end
+    if (
+        len(head) < 48
+        or head[:8] != b"\x89HDF\r\n\x1a\n"
+        or head[8] not in (2, 3)
+        or head[9] != 8
+        or head[11]
+    ):
+        return ""
+    end = int.from_bytes(head[28:36], "little")
+    return f"it has {size:,} of {end:,} bytes" if size < end < 2**63 else ""
 
 
 def _ways_to_open() -> list[dict[str, object]]:
@@ -61,10 +119,85 @@ def _ways_to_open() -> list[dict[str, object]]:
     Some file systems have no locks. A plain file whose writer holds one is never read past it.
     """
     return [
-        {"locking": "best-effort"},
-        {"locking": "best-effort", "swmr": True},
+        {"locking": True},
+        {"locking": True, "swmr": True},
         {"locking": False, "swmr": True},
     ]
+
+
+def _open(path: Path, attempts: int, locking: bool, swmr: bool = False) -> h5py.File:
+    """What h5py.File does, with a limit on reading again, which h5py does not know."""
+    access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
+    access.set_fclose_degree(h5py.h5f.CLOSE_STRONG)
+    access.set_file_locking(locking, locking)  # the second: where there are locks
+    if swmr:
+        _limit_attempts(access, attempts)
+    mode = h5py.h5f.ACC_RDONLY | (h5py.h5f.ACC_SWMR_READ if swmr else 0)
+    return h5py.File(h5py.h5f.open(bytes(path), mode, fapl=access))
+
+
+def _limit_attempts(access: h5py.h5p.PropFAID, attempts: int) -> None:
+    """Set the limit with the function of the HDF5 library that h5py has loaded."""
+    set_attempts = ctypes.CDLL(h5py.h5p.__file__).H5Pset_metadata_read_attempts
+    set_attempts.argtypes = [ctypes.c_int64, ctypes.c_uint]
+    set_attempts.restype = ctypes.c_int
+    if set_attempts(access.id, attempts) < 0:
+        raise RuntimeError("HDF5 takes no limit of attempts to read")
+
+
+def unreadable_rows(dataset: h5py.Dataset) -> list[tuple[int, int]]:
+    """Ranges of rows (first, behind the last) of which something cannot be read; all data are read once.
+
+    What lies behind the end of the file counts as well: HDF5 gives zeros for it where there is no checksum.
+    A single value counts as one row.
+    """
+    size = Path(dataset.file.filename).stat().st_size
+    count = dataset.shape[0] if dataset.shape else 1
+    if not count or not dataset.size:
+        return []
+    if dataset.chunks is None:
+        start = dataset.id.get_offset()
+        whole = start is None or start + dataset.id.get_storage_size() <= size
+        return [] if whole and _readable(dataset, 0, count) else [(0, count)]
+    if dataset.chunks[1:] != dataset.shape[1:]:  # not a file of rfem
+        return [] if _readable(dataset, 0, count) else [(0, count)]
+    rows = dataset.chunks[0]
+    starts = range(0, count, rows)
+    inside = [_chunk_inside(dataset, start, size) for start in starts]
+    many = max(1, BLOCK_BYTES // max(1, dataset.dtype.itemsize * int(np.prod(dataset.chunks))))
+    bad: list[tuple[int, int]] = []
+    for first in range(0, len(starts), many):
+        last = min(first + many, len(starts))
+        if all(inside[first:last]) and _readable(dataset, starts[first], min(last * rows, count)):
+            continue
+        for number in range(first, last):
+            start, stop = starts[number], min((number + 1) * rows, count)
+            if inside[number] and _readable(dataset, start, stop):
+                continue
+            if bad and bad[-1][1] == start:
+                start = bad.pop()[0]
+            bad.append((start, stop))
+    return bad
+
+
+BLOCK_BYTES = 64_000_000  # read at once
+
+
+def _readable(dataset: h5py.Dataset, start: int, stop: int) -> bool:
+    try:
+        dataset[start:stop] if dataset.shape else dataset[()]
+    except (OSError, RuntimeError, ValueError):
+        return False
+    return True
+
+
+def _chunk_inside(dataset: h5py.Dataset, start: int, size: int) -> bool:
+    """Whether the chunk that begins with a row lies inside the file; so does one that was never written."""
+    try:
+        chunk = dataset.id.get_chunk_info_by_coord((start,) + (0,) * (len(dataset.shape) - 1))
+    except (OSError, RuntimeError, ValueError):
+        return False
+    return chunk.byte_offset is None or chunk.byte_offset + chunk.size <= size
 
 
 @dataclass
@@ -138,11 +271,12 @@ def read_hdf5_table(group: h5py.Group, title: str, source: Path, order: Sequence
     While a run goes on, or after it was killed, columns may differ in length by the row that was being
     written: the rows that all columns have are returned.
     """
-    names = [name for name, item in group.items() if isinstance(item, h5py.Dataset)]
-    rank = {name: number for number, name in enumerate(order)}
-    names.sort(key=lambda name: rank.get(name, len(rank)))  # stable: the others stay as the file lists them
-    length = min((group[name].shape[0] for name in names), default=0)
-    return Table(title, source, {name: _decoded(group[name][:length]) for name in names})
+    with reading(source, title):
+        names = [name for name, item in group.items() if isinstance(item, h5py.Dataset)]
+        rank = {name: number for number, name in enumerate(order)}
+        names.sort(key=lambda name: rank.get(name, len(rank)))  # stable: others stay as the file lists them
+        length = min((group[name].shape[0] for name in names), default=0)
+        return Table(title, source, {name: _decoded(group[name][:length]) for name in names})
 
 
 def _decoded(values: np.ndarray) -> np.ndarray:

@@ -14,17 +14,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
+from rfem_command import leave_without
+
 try:
     import rfem_curves
     import rfem_figures
     from rfem_results import Results, ResultsError, open_results
     from rfem_style import save
 except ModuleNotFoundError as missing:
-    sys.stderr.write(
-        f"rfem_plot: error: Python has no module {missing.name}; install what is needed with "
-        f"'{sys.executable} -m pip install -r {Path(__file__).resolve().parent / 'requirements.txt'}'\n"
-    )
-    sys.exit(2)
+    leave_without("rfem_plot", missing)
 
 EXAMPLES = """examples:
   rfem_plot.py beam                                  deformed mesh at the end, load-displacement curve
@@ -37,6 +35,8 @@ EXAMPLES = """examples:
 fields: displacement, displacement_x, stress_xx, element:stress_xx, sigma1, sigma3, tau_max, utilisation,
 material, fragment, opening, slip, mode ...: --field ? lists those of a frame, --history ? ? the columns.
 """
+
+PICTURES = (".png", ".pdf", ".svg", ".gif", ".jpg", ".jpeg", ".eps", ".ps", ".tif", ".tiff")
 
 
 class Parser(argparse.ArgumentParser):
@@ -110,6 +110,12 @@ def check_options(options: argparse.Namespace) -> None:
                 raise ResultsError(f"--animate draws all frames of one job: it does not go with {name}")
         if Path(options.animate).suffix.lower() != ".gif":
             raise ResultsError(f"--animate writes GIF: {options.animate} must end in .gif")
+    output = Path(options.output)
+    if output.suffix.lower() in PICTURES and not output.is_dir():
+        raise ResultsError(
+            f"--output names a folder, {output} looks like a picture: pictures get names that say what is in "
+            "them, --format says of which kind they are"
+        )
     for name, value in (("--time", options.time), ("--scale", options.scale)):
         if value is not None and not abs(value) < float("inf"):
             raise ResultsError(f"{name} must be a finite number, not {value}")
@@ -226,6 +232,8 @@ def run(options: argparse.Namespace) -> None:
     both_by_default = mesh and curve and options.history is None
     draw_all(tasks, needed=1 if both_by_default else len(tasks))
     for results in jobs:
+        for reason in results.unreadable:
+            note(f"{reason} (what {results.job}_history.csv and the frames have is drawn)")
         if results.unfinished:
             files = ", ".join(results.unfinished)
             note(f"{files}: not closed (the run goes on, or was killed); what is there is drawn")

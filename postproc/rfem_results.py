@@ -33,6 +33,7 @@ from rfem_io import (
     open_hdf5,
     read_csv_table,
     read_hdf5_table,
+    reading,
     text_of,
 )
 
@@ -202,6 +203,11 @@ class Results:
             names.append(self.path(".h5").name)
         return sorted(names)
 
+    @property
+    def unreadable(self) -> list[str]:
+        """Why a file that was asked for was passed over: JOB.h5, whose tables JOB_history.csv has as well."""
+        return [str(self._opened["h5_error"])] if "h5_error" in self._opened else []
+
     def refresh(self) -> None:
         """Forget what was read, so that what a running job has written since is seen."""
         self.close()
@@ -229,7 +235,7 @@ class Results:
             try:
                 return self._read_table_of_h5(title, order)
             except ResultsError as error:
-                reason = str(error)
+                reason = self._opened["h5_error"] = str(error)
         if csv_path.is_file():
             return read_csv_table(csv_path, title)
         raise ResultsError(f"no {title} of {self.job}: {reason}, {csv_path.name} neither")
@@ -239,9 +245,10 @@ class Results:
         file, closed = open_hdf5(path)
         self._opened["h5_unfinished"] = not closed
         with file:
-            if f"rfem/{title}" not in file:
-                raise ResultsError(f"{path.name} has no /rfem/{title}")
-            group = file[f"rfem/{title}"]
+            with reading(path):
+                if f"rfem/{title}" not in file:
+                    raise ResultsError(f"{path.name} has no /rfem/{title}")
+                group = file[f"rfem/{title}"]
             return read_hdf5_table(group, title, path, [*order, *self._header_of(title)])
 
     def _header_of(self, title: str) -> list[str]:
@@ -253,12 +260,18 @@ class Results:
             return []
 
     def _read_provenance(self) -> dict[str, str]:
-        try:
-            file, closed = open_hdf5(self.path(".h5"))
-        except ResultsError:
+        if not self.path(".h5").is_file():
             return {}
+        try:
+            return self._read_provenance_of_h5()
+        except ResultsError as error:
+            self._opened["h5_error"] = str(error)
+            return {}
+
+    def _read_provenance_of_h5(self) -> dict[str, str]:
+        file, closed = open_hdf5(self.path(".h5"))
         self._opened["h5_unfinished"] = not closed
-        with file:
+        with file, reading(self.path(".h5"), "the provenance"):
             if "rfem" not in file:
                 return {}
             group = file["rfem"]

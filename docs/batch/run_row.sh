@@ -3,7 +3,7 @@
 #
 # Knows nothing of the scheduler, so that it can be tried in any shell. Runs the deck with the row's parameters in a
 # scratch folder, copies what there is into RESULTS whatever happens, and writes the exit status into RESULTS/JOB.exit,
-# by which rfem_collect.py knows the jobs that left nothing else.
+# by which rfem_collect.py knows the jobs that left nothing else. A wrong call or table: exit status 2, and nothing is run.
 #
 # A run that was interrupted (exit status 4: a signal, the wall-clock limit of its *RESTART), killed, or that had no room
 # for its results (3) goes on from the checkpoint RESULTS/JOB.rst.h5 when the row is run again, or from the one before,
@@ -16,17 +16,64 @@
 # TMPDIR       where the scratch folder is made: a disk of the node, not the shared one (default: /tmp)
 set -euo pipefail
 
+told=                  # the scheduler has said that time is up
+trap 'told=1' TERM INT # from the first moment on; what is done about it comes below
+trap : USR1
+
+refuse() { echo "run_row.sh: error: $*" >&2; exit 2; }
+[ $# -eq 4 ] || refuse "four arguments are needed, not $#: run_row.sh DECK SWEEP.csv ROW RESULTS (ROW from 1; the header is not counted)"
 deck=$1 sweep=$2 row=$3 results=$4
 rfem=${RFEM:-rfem}
+[[ $row =~ ^[1-9][0-9]{0,8}$ ]] || refuse "'$row' is no row: rows count from 1, the header is not counted"
+[ -n "$results" ] || refuse "the fourth argument, the folder of the results, is empty"
+[ -f "$sweep" ] && [ -r "$sweep" ] || refuse "$sweep: there is no such table, or it may not be read"
 
-# The row: the header has the names (job, then parameters), the row their values.
-IFS=, read -r -a names < <(head -n 1 "$sweep" | tr -d '\r ') || true
-IFS=, read -r -a values < <(tail -n +2 "$sweep" | grep -v '^ *$' | sed -n "${row}p" | tr -d '\r ') || true
-[ "${names[0]:-}" = job ] || { echo "$sweep: the first column must be job" >&2; exit 2; }
-[ ${#values[@]} -eq ${#names[@]} ] || { echo "$sweep has no row $row with ${#names[@]} values" >&2; exit 2; }
-job=${values[0]}
+# The whole table is looked at before anything is run: the header has the names (job, then parameters), each row their values.
+# The same rules as those of rfem_collect.py. Prints the names, then the row's values, a word a line.
+read_table() {
+   LC_ALL=C awk -v path="$sweep" -v wanted="$row" '
+      function fail(text) { print "run_row.sh: error: " path ":" NR ": " text >"/dev/stderr"; failed = 1; exit 2 }
+      NR == 1 { sub(/^\357\273\277/, "") }
+      { sub(/\r$/, "") }
+      /^[ \t]*$/ { next }
+      {
+         count = split($0, cell, ",")
+         for (i = 1; i <= count; i++) gsub(/^[ \t]+|[ \t]+$/, "", cell[i])
+      }
+      !columns {
+         if (cell[1] != "job") fail("the first column of a sweep is job, the others are parameters")
+         for (i = 1; i <= count; i++) {
+            if (cell[i] !~ /^[A-Za-z0-9_]+$/) fail("\047" cell[i] "\047 is no name of a parameter (letters, digits and _)")
+            if (cell[i] in known) fail("the column " cell[i] " is there twice")
+            known[cell[i]]
+            name[i] = cell[i]
+         }
+         columns = count
+         next
+      }
+      {
+         if (count != columns) fail(count " values for " columns " columns")
+         if (cell[1] !~ /^[A-Za-z0-9_][A-Za-z0-9_.+-]*$/)
+            fail("\047" cell[1] "\047 is no job name: letters, digits, _ . + -, the first no . + or -")
+         if (cell[1] in seen) fail("the job " cell[1] " is there twice (line " seen[cell[1]] ")")
+         seen[cell[1]] = NR
+         for (i = 2; i <= count; i++)
+            if (cell[i] !~ /^[^ \t"\047]+$/) fail("\047" cell[i] "\047 is no value for " name[i] ": one word without quotes")
+         if (++rows == wanted) for (i = 1; i <= count; i++) value[i] = cell[i]
+      }
+      END {
+         if (failed) exit 2
+         if (!columns) { print "run_row.sh: error: " path " is empty" >"/dev/stderr"; exit 2 }
+         if (rows < wanted) { print "run_row.sh: error: " path " has no row " wanted ", but " rows + 0 >"/dev/stderr"; exit 2 }
+         for (i = 1; i <= columns; i++) print (i == 1) ? value[1] : name[i] "=" value[i]
+      }' "$sweep"
+}
+# a signal to the whole group of processes ends awk too: once more
+table=$(read_table) || { [ -n "$told" ] && table=$(read_table); } || exit 2
+mapfile -t words <<<"$table"
+job=${words[0]}
 settings=()
-for ((i = 1; i < ${#names[@]}; i++)); do settings+=(--set "${names[i]}=${values[i]}"); done
+for word in "${words[@]:1}"; do settings+=(--set "$word"); done
 
 # Ended by itself before (status 0 to 2) or not begun: from the deck. Else from a checkpoint, if there is one.
 before=$(cat "$results/$job.exit" 2>/dev/null || echo none)
@@ -43,7 +90,17 @@ if [ ${#checkpoints[@]} -gt 0 ]; then pieces=$(cat "$results/$job.pieces" 2>/dev
 mkdir -p "$results"
 scratch=$(mktemp -d "${TMPDIR:-/tmp}/rfem_${job}_XXXXXX")
 status=137 # unless the program says otherwise: it was killed
-told=      # the scheduler has said that time is up
+
+# Messages name files of the scratch folder ("go on with: rfem --restart .."), which is removed: let them name those at home.
+# shellcheck disable=SC2329 # bring_home calls it
+name_home() {
+   local from to file
+   from=$(printf '%s/' "$scratch" | sed 's/[][\.*^$|]/\\&/g')
+   to=$(printf '%s/' "$(cd "$results" && pwd)" | sed 's/[\&|]/\\&/g')
+   for file in "$@"; do
+      if [ -s "$file" ]; then sed -i "s|$from|$to|g" "$file" || true; fi
+   done
+}
 
 # All is copied beside what is there and brought to the disk; then file after file takes its place, the checkpoint last.
 # Whenever this is killed, the checkpoint in RESULTS is a whole one, and the results beside it are at least as long.
@@ -60,6 +117,7 @@ bring_home() {
       rm -rf "$new"
       return 1
    fi
+   name_home "$new/$job.log" "$new/$job.err"
    sync "$new"/* 2>/dev/null || sync
    find "$new" -mindepth 1 -maxdepth 1 ! -name "$job.rst.*" -exec mv -f {} "$results" \;
    for ending in .rst.1.h5 .rst.h5; do
@@ -99,6 +157,9 @@ run() {
    while [ ! -s "$scratch.status" ] && kill -0 "$child" 2>/dev/null; do wait "$child" || true; done
    status=$(cat "$scratch.status" 2>/dev/null || echo 137)
    rm -f "$scratch.pid" "$scratch.status"
+   if [ "$status" -eq 126 ] || [ "$status" -eq 127 ]; then # the shell's
+      echo "run_row.sh: error: $job: the program $rfem cannot be started; RFEM names another" | tee -a "$scratch/$job.err" >&2
+   fi
    if [ -n "$told" ] && [ "$status" -eq 143 ]; then status=4; fi # while it was reading: nothing was changed
 }
 

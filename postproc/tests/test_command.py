@@ -199,6 +199,7 @@ def test_a_run_that_has_not_finished_is_drawn_with_a_note(plot, tmp_path_factory
         (["--format", "jpg"], "argument --format: invalid choice: 'jpg'"),
         (["--animate", "a.mp4"], "--animate writes GIF: a.mp4 must end in .gif"),
         (["--animate", "a.gif", "--frame", "1"], "does not go with --frame"),
+        (["--output", "z.png"], "--output names a folder, z.png looks like a picture"),
         (["--fild", "x"], "unrecognized arguments: --fild x"),
         (["--compare", "nothing"], "no results of nothing in"),
     ],

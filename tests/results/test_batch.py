@@ -177,16 +177,116 @@ def test_a_checkpoint_on_the_way(tmp_path):
     assert (tmp_path / "results" / "long.rst.h5").exists()
 
 
-def test_rows_that_are_not_there(tmp_path):
+def call_row(folder, *arguments, **variables):
+    """run_row.sh with these arguments; deck, table and results are those of `folder` where none are given."""
+    arguments = arguments or (BEAM, folder / "sweep.csv", "1", folder / "results")
+    return subprocess.run(
+        [BATCH / "run_row.sh", *arguments],
+        env=environment(folder, **variables), cwd=folder, capture_output=True, text=True, check=False, timeout=60,
+    )  # fmt: skip
+
+
+WRONG_TABLES = {
+    "": "is empty",
+    "name,H\na,8\n": ":1: the first column of a sweep is job",
+    "H,job\n1,a\n": ":1: the first column of a sweep is job",
+    "job,H\na\n": ":2: 1 values for 2 columns",
+    "job,H\na,8,9\n": ":2: 3 values for 2 columns",
+    "job,H\na,\n": ":2: '' is no value for H",
+    "job,H\na,1 2\n": ":2: '1 2' is no value for H",
+    'job,H\na,"1"\n': ":2: '\"1\"' is no value for H",
+    "job,H\na b,8\n": ":2: 'a b' is no job name: letters, digits, _ . + -",
+    'job,H\n\n"q",8\n': ":3: '\"q\"' is no job name",
+    "job,H\n'q',8\n": ":2: ''q'' is no job name",
+    "job,H\na,8\n\n../esc,8\n": ":4: '../esc' is no job name",
+    "job,H\nx/y,8\n": ":2: 'x/y' is no job name",
+    "job,H\n.hidden,8\n": ":2: '.hidden' is no job name",
+    "job,H\n-a,8\n": ":2: '-a' is no job name",
+    "job,H\n,8\n": ":2: '' is no job name",
+    "job,H\nd,8\n\ne,8\nd,9\n": ":5: the job d is there twice (line 2)",
+    "job,H,H\na,8,9\n": ":1: the column H is there twice",
+    "job,H 1\na,8\n": ":1: 'H 1' is no name of a parameter",
+    "job,\na,8\n": ":1: '' is no name of a parameter",
+}
+
+
+@pytest.mark.parametrize("content", WRONG_TABLES)
+def test_a_wrong_table_is_refused_before_anything_is_run(content, tmp_path, capsys):
+    """run_row.sh and rfem_collect.py say the same, with table and line."""
+    (tmp_path / "sweep.csv").write_text(content)
+    done = call_row(tmp_path)
+    message = f"{tmp_path / 'sweep.csv'}{WRONG_TABLES[content] if content else ' is empty'}"
+    assert done.returncode == 2 and done.stderr.startswith("run_row.sh: error: ") and message in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["sweep.csv"]
+    (tmp_path / "a.exit").write_text("0\n")
+    assert rfem_collect.main([str(tmp_path), "--sweep", str(tmp_path / "sweep.csv")]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("rfem_collect: error: ") and message in said
+
+
+def test_tables_of_other_programs(tmp_path):
+    """A byte order mark, CR LF, blanks around values, empty lines: what spreadsheets write."""
+    (tmp_path / "sweep.csv").write_bytes(b"\xef\xbb\xbfjob , H\r\n\r\na , 8\r\n b.1+x_-, 4 \r\n")
+    program = player(tmp_path, "exit 0")
+    assert call_row(tmp_path, BEAM, tmp_path / "sweep.csv", "2", tmp_path / "results", RFEM=program).returncode == 0
+    assert "--job b.1+x_- --set H=4 --output" in (tmp_path / "calls").read_text()
+    assert rfem_collect.read_sweep(tmp_path / "sweep.csv") == [{"job": "a", "H": 8}, {"job": "b.1+x_-", "H": 4}]
+
+
+def test_wrong_calls_of_the_script(tmp_path):
     (tmp_path / "sweep.csv").write_text("job,H\na,8\n")
-    for content, row in (("job,H\na,8\n", "2"), ("name,H\na,8\n", "1"), ("job,H\na\n", "1")):
-        (tmp_path / "sweep.csv").write_text(content)
-        done = subprocess.run(
-            [BATCH / "run_row.sh", BEAM, tmp_path / "sweep.csv", row, tmp_path / "results"],
-            env=environment(tmp_path), capture_output=True, text=True, check=False,
-        )  # fmt: skip
-        assert done.returncode == 2 and "sweep.csv" in done.stderr
-    assert not (tmp_path / "results").exists()
+    table, results = tmp_path / "sweep.csv", tmp_path / "results"
+    for arguments, words in (
+        ((BEAM,), "four arguments are needed, not 1: run_row.sh DECK SWEEP.csv ROW RESULTS"),
+        ((BEAM, table, "1", results, "more"), "four arguments are needed, not 5"),
+        ((BEAM, table, "0", results), "'0' is no row: rows count from 1"),
+        ((BEAM, table, "1p", results), "'1p' is no row"),
+        ((BEAM, table, "", results), "'' is no row"),
+        ((BEAM, table, "2", results), f"{table} has no row 2, but 1"),
+        ((BEAM, tmp_path / "nothing.csv", "1", results), "nothing.csv: there is no such table"),
+        ((BEAM, table, "1", ""), "the folder of the results, is empty"),
+    ):
+        done = call_row(tmp_path, *arguments)
+        assert done.returncode == 2 and words in done.stderr and done.stderr.count("\n") == 1, done.stderr
+    assert not results.exists()
+
+
+def test_a_program_that_is_not_there(tmp_path, capsys):
+    """Status 127, or 126 for a file that is no program: the job has failed, and the reason is in its JOB.err."""
+    (tmp_path / "sweep.csv").write_text("job\nd\n")
+    for program, status in (("/nope", 127), (str(tmp_path / "sweep.csv"), 126)):
+        done = call_row(tmp_path, RFEM=program)
+        assert (
+            done.returncode == status and f"the program {program} cannot be started; RFEM names another" in done.stderr
+        )
+        assert f"the program {program} cannot be started" in (tmp_path / "results" / "d.err").read_text()
+        (row,) = rfem_collect.collect([tmp_path / "results"])
+        assert row["state"] == "failed" and row["exit_status"] == status
+
+
+def test_messages_name_files_at_home(tmp_path):
+    """The scratch folder is gone when somebody reads them."""
+    program = player(tmp_path, f'{CHECKPOINT}; echo "note: go on with: rfem --restart $job.rst.h5" >&2; exit 4')
+    run = row(tmp_path, RFEM=program)
+    assert run.communicate(timeout=60) and run.returncode == 4
+    said = (tmp_path / "results" / "long.err").read_text()
+    assert said == f"note: go on with: rfem --restart {tmp_path}/results/long.rst.h5\n"
+
+
+@pytest.mark.parametrize("wait", range(5, 60, 6))
+def test_a_signal_while_the_script_begins(wait, tmp_path):
+    """Time is up before the script has read its table: the row is not lost, it is queued again."""
+    again = stub(tmp_path, "again")
+    program = player(tmp_path, f"trap 'exit 4' TERM; {CHECKPOINT}; sleep 1 & wait; exit 4")
+    run = row(tmp_path, RFEM=program, RFEM_AGAIN=str(tmp_path / "again"))
+    time.sleep(wait / 1000)
+    os.kill(run.pid, signal.SIGTERM)
+    run.communicate(timeout=60)
+    if run.returncode == -signal.SIGTERM:
+        pytest.skip("this machine is too busy: bash had not read a line")
+    assert run.returncode == 4 and again.read_text() == "\n"
+    assert (tmp_path / "results" / "long.exit").read_text() == "4\n"
 
 
 def test_the_shipped_sweep(tmp_path):
@@ -212,6 +312,32 @@ def test_wrong_usage(tmp_path, capsys):
         wrong.write_text(content)
         with pytest.raises(rfem_collect.ResultsError, match=words):
             rfem_collect.read_sweep(wrong)
+
+
+def test_units_on_the_axes(sweep):
+    """Those that the deck's heading states, on what is not a parameter."""
+    where = [sweep / "results"]
+    rows, units = rfem_collect.collect(where), rfem_collect.sweep_units(where)
+    for names, labels in (
+        (("SIGMA_T", "LOAD_peak"), ("SIGMA_T", "LOAD_peak (N)")),
+        (("LOAD_u2", "released_energy"), ("LOAD_u2 (mm)", "released_energy (N mm)")),
+        (("first_event_x", "crack_length"), ("first_event_x (mm)", "crack_length (mm)")),
+        (("wall_time", "events"), ("wall_time (s)", "events")),
+    ):
+        (axes,) = rfem_collect.sweep_figure(rows, *names, units=units).axes
+        assert (axes.get_xlabel(), axes.get_ylabel()) == labels
+    (axes,) = rfem_collect.sweep_figure(rows, "SIGMA_T", "LOAD_peak").axes
+    assert axes.get_ylabel() == "LOAD_peak", "none are stated"
+
+
+def test_the_figure_lies_beside_the_table(sweep, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tables").mkdir()
+    arguments = [str(sweep / "results"), "--plot", "SIGMA_T", "LOAD_peak"]
+    assert rfem_collect.main([*arguments, "--output", "tables/x.csv"]) == 1
+    assert sorted(path.name for path in (tmp_path / "tables").iterdir()) == ["LOAD_peak_over_SIGMA_T.png", "x.csv"]
+    assert rfem_collect.main(arguments) == 1
+    assert (tmp_path / "LOAD_peak_over_SIGMA_T.png").exists()
 
 
 def test_columns_that_cannot_be_drawn():
