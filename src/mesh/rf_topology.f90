@@ -92,6 +92,12 @@ contains
       class(changes_t), intent(inout) :: self
       integer, intent(in) :: element
       integer :: n
+      if (.not. allocated(self%listed_at)) then      ! the first one of a run, or after a checkpoint
+         do n = 1, self%n_elements
+            call grow(self%listed_at, self%element(n))
+            self%listed_at(self%element(n)) = n
+         end do
+      end if
       call grow(self%listed_at, element)
       n = self%listed_at(element)
       if (n > 0 .and. n <= self%n_elements) then
@@ -650,7 +656,6 @@ contains
    subroutine exchange(self, archive)
       class(changes_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
-      integer :: i
       call archive%exchange('n_nodes', self%n_nodes)
       call archive%exchange('n_elements', self%n_elements)
       call archive%exchange('node', self%node)
@@ -659,12 +664,7 @@ contains
       call archive%exchange('element', self%element)
       call archive%exchange('child', self%child)
       call archive%exchange('n_children', self%n_children)
-      if (.not. archive%reading) return
-      if (allocated(self%listed_at)) deallocate (self%listed_at)
-      do i = 1, self%n_elements
-         call grow(self%listed_at, self%element(i))
-         self%listed_at(self%element(i)) = i
-      end do
+      if (archive%reading .and. allocated(self%listed_at)) deallocate (self%listed_at)
    end subroutine exchange
 
 end module rf_topology
