@@ -21,7 +21,8 @@ module rf_system
    !> errors (Linux's errno.h): EACCES, EINVAL, EOPNOTSUPP
    integer, parameter :: not_permitted = 13, not_for_this = 22, not_supported = 95
    !> numbers of Linux
-   integer(c_int), parameter :: signal_interrupt = 2, signal_user_1 = 10, signal_terminate = 15, signal_file_size = 25
+   integer(c_int), parameter :: signal_hang_up = 1, signal_interrupt = 2, signal_user_1 = 10, signal_terminate = 15, &
+      signal_cpu_time = 24, signal_file_size = 25
    !> SIG_IGN of signal.h: the handler that does nothing
    integer(c_intptr_t), parameter :: ignoring = 1_c_intptr_t
    integer, parameter :: longest_path = 4096
@@ -328,13 +329,16 @@ contains
       call catch(signal_user_1)
    end subroutine catch_save_signal
 
-   !> From now on SIGINT (Ctrl-C) and SIGTERM are remembered instead of ending the program. A second SIGINT ends it at once.
+   !> From now on SIGINT (Ctrl-C), SIGTERM, SIGHUP (the terminal or its connection has gone) and SIGXCPU (ulimit -t; it comes again
+   !> every second) are remembered instead of ending the program. A second SIGINT ends it at once.
    subroutine catch_leave_signals()
       call catch(signal_interrupt)
       call catch(signal_terminate)
+      call catch(signal_hang_up)
+      call catch(signal_cpu_time)
    end subroutine catch_leave_signals
 
-   !> What the caller has told the program to ignore (a shell that runs it in the background: SIGINT) stays ignored.
+   !> What the caller has told the program to ignore (a shell that runs it in the background: SIGINT; nohup: SIGHUP) stays ignored.
    subroutine catch(number)
       integer(c_int), intent(in) :: number
       type(c_funptr) :: old
@@ -351,10 +355,13 @@ contains
    !> Name of the signal that asks to leave; empty if none has come.
    function leave_signal() result(name)
       character(len=:), allocatable :: name
-      name = ''
-      if (leaving == 0) return
-      name = 'SIGTERM'
-      if (leaving == signal_interrupt) name = 'SIGINT'
+      select case (leaving)
+      case (0); name = ''
+      case (signal_interrupt); name = 'SIGINT'
+      case (signal_hang_up); name = 'SIGHUP'
+      case (signal_cpu_time); name = 'SIGXCPU'
+      case default; name = 'SIGTERM'
+      end select
    end function leave_signal
 
    !> Whether a signal has come that asks to leave. Costs nothing.
