@@ -11,10 +11,12 @@ import resource
 import select
 import shutil
 import signal
+import stat
 import subprocess
 import threading
 import time
 
+import h5py
 import numpy as np
 import pytest
 from kept_results import assert_kept
@@ -258,6 +260,40 @@ def test_results_of_an_older_run_are_replaced(tmp_path):
     ]
 
 
+@pytest.mark.parametrize("closed", [False, True])
+def test_a_log_that_cannot_be_written(closed, tmp_path):
+    """Results matter more than the log: the run goes on; one line on standard error, and status 3 at the end."""
+    full = "/dev/full"
+    if not closed and not (os.path.exists(full) and stat.S_ISCHR(os.stat(full).st_mode)):
+        pytest.skip(f"there is no {full}")
+    whole = run(SMALL, tmp_path / "whole", job="j")
+    shell = 'exec "$@" >&-' if closed else f'exec "$@" > {full}'
+
+    def logless(*arguments):
+        return subprocess.run(
+            ["sh", "-c", shell, "sh", PROGRAM, *map(str, arguments)],
+            stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, check=False, timeout=120,
+        )  # fmt: skip
+
+    reason = "Bad file descriptor" if closed else "No space left on device"
+    for arguments in (
+        [SMALL, "--output", tmp_path / "out", "--job", "j", "--quiet"],
+        [SMALL, "--check"],
+        [SMALL, "--explain"],
+        ["--help"],
+    ):
+        done = logless(*arguments)
+        assert done.returncode == 3, done.stderr
+        said(done, "cannot write to standard output: " + reason)
+    for name in ("j_history.csv", "j_events.csv"):
+        assert (tmp_path / "out" / name).read_bytes() == whole.path(name[1:]).read_bytes()
+    with h5py.File(tmp_path / "out" / "j.h5") as file:
+        assert file["rfem"].attrs["exit_status"] == 0
+    # a status that says more stays
+    done = logless(bar(tmp_path, limit="20"), "--output", tmp_path / "failed", "--quiet")
+    assert done.returncode == 1 and "cannot write to standard output" in done.stderr, done.stderr
+
+
 # ------------------------------------------------------------------------------------------- 2: deck and command line
 @pytest.mark.parametrize(
     "arguments, words",
@@ -281,6 +317,14 @@ def test_results_of_an_older_run_are_replaced(tmp_path):
         (["--restart", "x.rst.h5", "--set", "a=1"], ["no --set"]),
         (["--restart", "x.rst.h5", "--check"], ["no --check"]),
         (["--restart", ""], ["--restart needs"]),
+        (["--restart="], ["--restart needs"]),
+        (["--restart=x.rst.h5"], ["x.rst.h5: there is no such file"]),
+        (["--restart", "a.rst.h5", "--restart", "b.rst.h5"], ["--restart is given twice"]),
+        (["--restart=a.rst.h5", "--restart", "b.rst.h5"], ["--restart is given twice"]),
+        ([str(SMALL), "--job", "a", "--job", "a"], ["--job is given twice"]),
+        ([str(SMALL), "--quiet", "--threads", "1", "--quiet"], ["--quiet is given twice"]),
+        ([str(SMALL), "--set", "H=1", "--set", "h = 2"], ["--set H is given twice: H=1 and h = 2"]),
+        ([str(SMALL), "--check=yes"], ["--check=yes is no option"]),
         ([""], ["empty"]),
     ],
 )
