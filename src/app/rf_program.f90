@@ -17,7 +17,7 @@ module rf_program
    use rf_summary, only: summarise_model
    use rf_memory, only: memory_problem, bytes_to_run
    use rf_clock, only: monotonic_time
-   use rf_system, only: is_terminal, path_exists, catch_save_signal
+   use rf_system, only: is_terminal, is_pipe, catch_save_signal
    use rf_text, only: text_t, to_text
    use rf_version, only: version, commit, compiler, flags
    implicit none
@@ -27,6 +27,8 @@ module rf_program
    integer, parameter :: exit_wrong_input = 2
    !> descriptor of standard input
    integer, parameter :: input_descriptor = 0
+   !> the pipes of a shell's <(..), to which somebody writes for sure
+   character(len=*), parameter :: shells_pipes = '/dev/fd/'
 
 contains
 
@@ -75,6 +77,8 @@ contains
       type(diagnostics_t) :: diagnostics
       character(len=:), allocatable :: problem
       call prepare(run, options, interruption)
+      if (is_pipe(options%deck) .and. index(options%deck, shells_pipes) /= 1) &
+         write (error_unit, '(a)') 'rfem: note: '//options%deck//' is a pipe: the deck is what is written to it'
       call run%deck%read_file(options%deck, padded(options%overrides), diagnostics)
       if (len(run%deck%full_text()) > 0 .or. diagnostics%n_errors == 0) & ! else it is not there, and that is all to be said
          call read_case(run%deck, run%simulation, run%requests, run%job, diagnostics)
@@ -127,7 +131,7 @@ contains
          end if
       end if
       if (allocated(checkpoint%error)) then
-         status = merge(exit_not_written, exit_wrong_input, path_exists(options%restart))
+         status = merge(exit_wrong_input, exit_not_written, checkpoint%mistaken)
          write (error_unit, '(a)') 'rfem: error: '//checkpoint%error
          return
       end if

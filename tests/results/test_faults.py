@@ -317,6 +317,8 @@ def test_a_log_that_cannot_be_written(closed, tmp_path):
         (["--restart", "x.rst.h5", "--set", "a=1"], ["no --set"]),
         (["--restart", "x.rst.h5", "--check"], ["no --check"]),
         (["--restart", ""], ["--restart needs"]),
+        (["--restart", str(SOURCE)], ["is a folder, not a checkpoint"]),
+        (["--restart", str(SMALL)], ["is a deck; a deck is run without --restart"]),
         (["--restart="], ["--restart needs"]),
         (["--restart=x.rst.h5"], ["x.rst.h5: there is no such file"]),
         (["--restart", "a.rst.h5", "--restart", "b.rst.h5"], ["--restart is given twice"]),
@@ -355,6 +357,44 @@ def test_wrong_deck(edit, words, tmp_path):
         for word in words:
             assert word in done.stderr
         assert os.listdir(tmp_path) == ["deck"] and os.listdir(tmp_path / "deck") == ["first_deck.inp"]
+
+
+def test_a_checkpoint_is_no_deck(tmp_path):
+    deck = edited(SMALL, tmp_path, ("*HEADING", "*RESTART, WRITE, FREQUENCY=1000\n*HEADING"))
+    assert call(deck, "--output", tmp_path / "out", "--job", "j", "--quiet").returncode == 0
+    (tmp_path / "includes.inp").write_text("*INCLUDE, INPUT=out/j.h5\n")
+    for deck, words in (
+        ("out/j.rst.h5", "the deck out/j.rst.h5 is a checkpoint, to go on from: rfem --restart out/j.rst.h5"),
+        ("out/j.h5", "the deck out/j.h5 is an HDF5 file"),
+    ):
+        done = call(deck, cwd=tmp_path)
+        assert done.returncode == 2 and done.stderr == f"rfem: error: {words}\n"
+    done = call("includes.inp", "--check", cwd=tmp_path)
+    assert done.stderr.startswith("rfem: error: includes.inp:1: the included file out/j.h5 is an HDF5 file\n")
+
+
+def test_links_that_lead_nowhere(tmp_path):
+    os.symlink("a.inp", tmp_path / "b.inp")
+    os.symlink("b.inp", tmp_path / "a.inp")
+    done = call("a.inp", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr == "rfem: error: the deck a.inp cannot be reached: Too many levels of symbolic links\n"
+
+
+def test_pipes(tmp_path):
+    """A deck may come through a pipe, which is told because nothing may ever come; no include, no checkpoint may."""
+    pipe = tmp_path / "pipe.inp"
+    os.mkfifo(pipe)
+    writer = threading.Thread(target=lambda: pipe.write_text(SMALL.read_text()))
+    writer.start()
+    done = call(pipe, "--check")
+    writer.join()
+    assert done.returncode == 0 and f"rfem: note: {pipe} is a pipe: the deck is what is written to it\n" in done.stderr
+    (tmp_path / "a.inp").write_text("*INCLUDE, INPUT=pipe.inp\n")
+    done = call(tmp_path / "a.inp", "--check", timeout=60)
+    assert done.returncode == 2 and "a.inp:1: the included file" in done.stderr and "is a pipe" in done.stderr
+    done = call("--restart", pipe, timeout=60)
+    assert done.returncode == 2 and "is a pipe, not a checkpoint" in done.stderr
 
 
 # ----------------------------------------------------------------------------------------- 1: no equilibrium, no number
