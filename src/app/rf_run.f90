@@ -156,7 +156,7 @@ contains
             status = exit_not_written
             if (self%opened) call simulation%recorder%discard(self%resumable)
             write (error_unit, '(a)') 'rfem: error: '//error
-            if (self%opened .or. self%resumable) call tell_what_is_left(self%prefix())
+            if (self%opened) call tell_what_is_left(self%prefix())
             return
          end if
          if (status == exit_interrupted) then

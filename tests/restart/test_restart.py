@@ -162,12 +162,14 @@ def test_a_finished_run(name, change, words, tmp_path):
     before = {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in out.iterdir()}
     again = cut(0, "--restart", out / "j.rst.h5", "--quiet")
     assert again.returncode == 0 and again.digests == done.digests and not again.stderr
-    assert re.search(rf"^nothing left to do: this run had ended at step \d+, .*{words}.*; its results stay", again.stdout, re.M)
+    assert re.search(
+        rf"^nothing left to do: this run had ended at step \d+, .*{words}.*; its results stay", again.stdout, re.M
+    )
     assert {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in out.iterdir()} == before
 
 
 def test_a_finished_run_whose_files_are_not(tmp_path):
-    """Killed between its last checkpoint and its end: there is nothing to compute, but the files are brought to their end."""
+    """Killed between its last checkpoint and its end: nothing is left to compute; the files are closed."""
     deck = edited(SMALL, tmp_path, (CHECKPOINTS[0], CHECKPOINTS[1].format("")))
     done = cut(0, deck, "--output", tmp_path / "whole", "--job", "j", "--quiet")
     shutil.copytree(tmp_path / "whole", tmp_path / "killed")
@@ -199,7 +201,7 @@ def test_killed(tmp_path):
 
 
 def interrupted(deck, folder, number, seconds, ignored=None):
-    """A run that gets a signal so long after its results have begun to come; its parent may have told it to ignore one."""
+    """A run that gets a signal so long after its results have begun to come; it may be told to ignore one."""
 
     def prepare():
         signal.signal(signal.SIGINT, signal.SIG_DFL)
@@ -353,6 +355,7 @@ def test_what_cannot_be_gone_on_with(tmp_path):
         before = tables(folder)
         done = call("--restart", folder / path)
         assert done.returncode == 3 and done.stderr.startswith("rfem: error: "), done.stderr
+        assert "are kept" not in done.stderr, "nothing was run"
         for word in words:
             assert word in done.stderr, done.stderr
         assert tables(folder) == before
