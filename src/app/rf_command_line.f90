@@ -1,6 +1,6 @@
 !> The command line of rfem (docs/deck.md).
 module rf_command_line
-   use rf_text, only: text_t, did_you_mean, split
+   use rf_text, only: text_t, did_you_mean, same_text, split, squeezed, upper
    use rf_number, only: read_integer
    implicit none
    private
@@ -44,53 +44,77 @@ module rf_command_line
       '  --version         version, commit and compiler'//lf//lf// &
       'exit status: 0 done, 1 the simulation failed, 2 deck or command line wrong, 3 a file could not be'//lf// &
       'written or reading failed, 4 stopped by a signal or the wall-clock limit, checkpoint written'
-   !> options that take a value, and that take none
+   !> options that take a value, that take none, and that may be given more than once
    character(len=*), parameter :: with_value = '--job --output --threads --set --restart', &
-      without_value = '--check --explain --quiet --help --version'
+      without_value = '--check --explain --quiet --help --version', repeatable = '--set'
    !> most threads that may be asked for
    integer, parameter :: most_threads = 1024
 
 contains
 
-   !> Read the arguments. The first thing that is wrong ends it.
+   !> Read the arguments. The first thing that is wrong ends it: of an option that is given twice nobody knows which was meant.
    subroutine read_command_line(options, first)
       type(options_t), intent(out) :: options
       !> the first one that is the program's
       integer, intent(in) :: first
-      character(len=:), allocatable :: word, value
+      character(len=:), allocatable :: word, given
       integer :: i
       allocate (options%overrides(0))
       options%deck = ''
       options%job = ''
       options%output = ''
       options%restart = ''
+      given = ''
       i = first
       do while (i <= command_argument_count() .and. .not. allocated(options%error))
          word = argument(i)
          i = i + 1
-         if (index(word, '-') /= 1 .or. len(word) == 1) then
-            if (len(options%deck) > 0) then
-               options%error = 'two decks: '//options%deck//' and '//word//'; one run takes one'
-            else if (len(word) == 0) then
-               options%error = 'the name of the deck is empty'
-            end if
-            options%deck = word
-         else if (is_among(without_value, word)) then
-            call take_flag(options, word)
-         else if (is_among(with_value, word)) then
-            if (i > command_argument_count()) then
-               options%error = word//' needs a value; see rfem --help'
-            else
-               value = argument(i)
-               i = i + 1
-               call take_value(options, word, value)
-            end if
-         else
-            options%error = word//' is no option'//nearest(word)//'; see rfem --help'
+         if (index(word, '-') == 1 .and. len(word) > 1) then
+            call take_option(options, word, i, given)
+            cycle
          end if
+         if (len(options%deck) > 0) then
+            options%error = 'two decks: '//options%deck//' and '//word//'; one run takes one'
+         else if (len(word) == 0) then
+            options%error = 'the name of the deck is empty'
+         end if
+         options%deck = word
       end do
       if (len(options%restart) > 0 .and. .not. allocated(options%error)) call check_restart(options)
    end subroutine read_command_line
+
+   !> Take an option: --quiet, --job NAME or --job=NAME.
+   subroutine take_option(options, word, next, given)
+      type(options_t), intent(inout) :: options
+      !> the argument
+      character(len=*), intent(in) :: word
+      !> the argument after it; moved on if it is the value
+      integer, intent(inout) :: next
+      !> names of the options so far
+      character(len=:), allocatable, intent(inout) :: given
+      character(len=:), allocatable :: name
+      integer :: cut
+      name = word
+      cut = index(word, '=')
+      if (cut > 0) then
+         if (is_among(with_value, word(:cut - 1))) name = word(:cut - 1)
+      end if
+      if (is_among(given, name) .and. .not. is_among(repeatable, name)) then
+         options%error = name//' is given twice; see rfem --help'
+      else if (is_among(without_value, name)) then
+         call take_flag(options, name)
+      else if (.not. is_among(with_value, name)) then
+         options%error = name//' is no option'//nearest(name)//'; see rfem --help'
+      else if (len(name) < len(word)) then
+         call take_value(options, name, word(cut + 1:))
+      else if (next > command_argument_count()) then
+         options%error = name//' needs a value; see rfem --help'
+      else
+         call take_value(options, name, argument(next))
+         next = next + 1
+      end if
+      given = given//' '//name
+   end subroutine take_option
 
    !> What --restart goes together with: all that the run is stands in the checkpoint.
    subroutine check_restart(options)
@@ -160,6 +184,10 @@ contains
             options%error = '--threads '//value//': a whole number from 1 to 1024 is needed'
       case ('--set')
          if (index(value, '=') < 2) options%error = '--set '//value//': NAME=VALUE is needed'
+         do i = 1, size(options%overrides)
+            if (same_text(name_of(options%overrides(i)%s), name_of(value))) &
+               options%error = '--set '//name_of(value)//' is given twice: '//options%overrides(i)%s//' and '//value
+         end do
          allocate (longer(size(options%overrides) + 1))
          do i = 1, size(options%overrides)
             longer(i)%s = options%overrides(i)%s
@@ -171,5 +199,12 @@ contains
          options%restart = value
       end select
    end subroutine take_value
+
+   !> The name in the NAME=VALUE of a --set, as decks compare names.
+   pure function name_of(setting) result(name)
+      character(len=*), intent(in) :: setting
+      character(len=:), allocatable :: name
+      name = upper(squeezed(setting(:max(0, index(setting, '=') - 1))))
+   end function name_of
 
 end module rf_command_line

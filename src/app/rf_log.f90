@@ -1,11 +1,12 @@
 !> What a run says while it goes: the log on standard output, the progress line on standard error.
 module rf_log
-   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+   use, intrinsic :: iso_fortran_env, only: error_unit
    use rf_kinds, only: wp
    use rf_model, only: model_t
    use rf_position, only: position_t, frame_start, frame_before_event, frame_after_event, frame_settled, frame_not_converged
    use rf_recorder, only: recorder_t
    use rf_clock, only: monotonic_time
+   use rf_stream, only: stream_t, last_reason
    use rf_system, only: is_terminal
    use rf_text, only: to_text
    implicit none
@@ -25,11 +26,15 @@ module rf_log
    type :: log_t
       !> no progress line
       logical :: quiet = .false.
+      !> lines could not be written to standard output
+      logical :: lost = .false.
+      type(stream_t), private :: file
       integer, private :: rows = 0
       logical, private :: live = .false., asked = .false.
       real(wp), private :: last_shown = -huge(1.0_wp), last_part = -1
    contains
-      procedure :: line, row, progress, end_progress
+      procedure :: begin, line, row, progress, end_progress
+      procedure, private :: lose
    end type log_t
 
 contains
@@ -44,15 +49,33 @@ contains
       text = trim(adjustl(buffer))
    end function short
 
-   !> A line of the log.
+   !> Take the standard output, before any file is opened: one that is closed would get its number. (It is written as a stream of
+   !> C's because gfortran's units keep quiet about a full disk.)
+   subroutine begin(self)
+      class(log_t), intent(inout) :: self
+      if (.not. self%file%open_output()) call self%lose(last_reason())
+   end subroutine begin
+
+   !> A line of the log, or several.
    subroutine line(self, text)
-      class(log_t), intent(in) :: self
+      class(log_t), intent(inout) :: self
       character(len=*), intent(in) :: text
-      associate (unused => self)
-      end associate
-      write (output_unit, '(a)') text
-      flush (output_unit)
+      logical :: good
+      if (.not. self%file%is_open()) return
+      good = self%file%write(text//new_line('a'))
+      if (good) good = self%file%flush()
+      if (.not. good) call self%lose(last_reason())
    end subroutine line
+
+   !> Lines are lost: told once. Results matter more than the log, so the run goes on.
+   subroutine lose(self, reason)
+      class(log_t), intent(inout) :: self
+      character(len=*), intent(in) :: reason
+      if (.not. self%lost) write (error_unit, '(a)') 'rfem: error: cannot write to standard output: '//reason// &
+         '; lines of it are lost, and the exit status is 3 where it would be 0'
+      flush (error_unit)
+      self%lost = .true.
+   end subroutine lose
 
    !> A row of the table: one for each history row.
    subroutine row(self, model, position, kind, recorder)
@@ -63,9 +86,9 @@ contains
       type(recorder_t), intent(in) :: recorder
       character(len=160) :: text
       if (mod(self%rows, rows_a_heading) == 0) then
-         write (output_unit, '(a)') ''
-         write (output_unit, '(a)') '  step   inc  load factor  events  cracks  fragments  iterations  residual  utilisation'// &
-            '    monitor u1    monitor u2   monitor rf1   monitor rf2  state'
+         call self%line('')
+         call self%line('  step   inc  load factor  events  cracks  fragments  iterations  residual  utilisation'// &
+            '    monitor u1    monitor u2   monitor rf1   monitor rf2  state')
       end if
       self%rows = self%rows + 1
       associate (figures => recorder%history%figures)
@@ -73,8 +96,7 @@ contains
             position%load_factor, model%events, figures%cracks, model%pieces%n, figures%iterations, &
             model%relaxation%residual, min(model%failure%largest, 99999.0_wp), figures%u, figures%force, trim(kind_words(kind))
       end associate
-      write (output_unit, '(a)') trim(text)
-      flush (output_unit)
+      call self%line(trim(text))
    end subroutine row
 
    !> The progress line: live on a terminal, a plain line every few per cent elsewhere.

@@ -1,6 +1,6 @@
 !> What the program does, from the command line to the exit status.
 module rf_program
-   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+   use, intrinsic :: iso_fortran_env, only: error_unit
    use omp_lib, only: omp_set_num_threads, omp_get_max_threads
    use rf_kinds, only: wp, i8
    use rf_command_line, only: options_t, read_command_line, usage_text, action_check, action_explain, action_help, &
@@ -13,10 +13,11 @@ module rf_program
    use rf_run, only: run_t
    use rf_output_input, only: output_requests_t
    use rf_checkpoint, only: checkpoint_t
+   use rf_log, only: log_t
    use rf_summary, only: summarise_model
    use rf_memory, only: memory_problem, bytes_to_run
    use rf_clock, only: monotonic_time
-   use rf_system, only: is_terminal, path_exists, catch_save_signal
+   use rf_system, only: is_terminal, is_pipe, catch_save_signal
    use rf_text, only: text_t, to_text
    use rf_version, only: version, commit, compiler, flags
    implicit none
@@ -26,6 +27,8 @@ module rf_program
    integer, parameter :: exit_wrong_input = 2
    !> descriptor of standard input
    integer, parameter :: input_descriptor = 0
+   !> the pipes of a shell's <(..), to which somebody writes for sure
+   character(len=*), parameter :: shells_pipes = '/dev/fd/'
 
 contains
 
@@ -37,40 +40,45 @@ contains
       type(interruption_t), intent(inout), optional :: interruption
       type(options_t) :: options
       type(interruption_t) :: asked
+      type(run_t), allocatable :: run
       integer :: i
       i = 1
       if (present(first)) i = first
       if (present(interruption)) asked = interruption
+      allocate (run)
+      call run%simulation%log%begin()
       call read_command_line(options, i)
       status = exit_done
       if (allocated(options%error)) then
          write (error_unit, '(a)') 'rfem: error: '//options%error
          status = exit_wrong_input
       else if (options%action == action_help) then
-         write (output_unit, '(a)') usage_text
+         call run%simulation%log%line(usage_text)
       else if (options%action == action_version) then
-         write (output_unit, '(a)') 'rfem '//version//' ('//commit//'), '//compiler
-         write (output_unit, '(a)') 'flags: '//flags
+         call run%simulation%log%line('rfem '//version//' ('//commit//'), '//compiler)
+         call run%simulation%log%line('flags: '//flags)
       else if (len(options%restart) > 0) then
-         status = restart(options, asked)
+         status = restart(run, options, asked)
       else if (len(options%deck) == 0 .and. is_terminal(input_descriptor)) then
-         write (output_unit, '(a)') usage_text
+         call run%simulation%log%line(usage_text)
       else
-         status = run_deck(options, asked)
+         status = run_deck(run, options, asked)
       end if
+      if (run%simulation%log%lost .and. status == exit_done) status = exit_not_written
       if (present(interruption)) interruption = asked
    end function run_program
 
    !> Read the deck, and run it unless only a check or an explanation is wanted.
-   integer function run_deck(options, interruption) result(status)
+   integer function run_deck(run, options, interruption) result(status)
+      type(run_t), intent(inout) :: run
       type(options_t), intent(in) :: options
       !> as run_program
       type(interruption_t), intent(inout) :: interruption
-      type(run_t), allocatable :: run
       type(diagnostics_t) :: diagnostics
       character(len=:), allocatable :: problem
-      allocate (run)
       call prepare(run, options, interruption)
+      if (is_pipe(options%deck) .and. index(options%deck, shells_pipes) /= 1) &
+         write (error_unit, '(a)') 'rfem: note: '//options%deck//' is a pipe: the deck is what is written to it'
       call run%deck%read_file(options%deck, padded(options%overrides), diagnostics)
       if (len(run%deck%full_text()) > 0 .or. diagnostics%n_errors == 0) & ! else it is not there, and that is all to be said
          call read_case(run%deck, run%simulation, run%requests, run%job, diagnostics)
@@ -81,15 +89,15 @@ contains
       if (len(options%job) > 0) run%job = options%job
       run%folder = options%output
       if (options%action == action_explain) then
-         call run%deck%explain(output_unit, run%manual)
+         call explain(run)
          return
       end if
-      call say_hello(run%job)
-      if (options%action /= action_check) call list_settings(run%deck, run%manual)
+      call say_hello(run)
+      if (options%action /= action_check) call list_settings(run)
       run%simulation%reading_time = monotonic_time() - run%start
       call summarise_model(run%simulation, run%simulation%reading_time)
       if (options%action == action_check) then
-         write (output_unit, '(a)') 'checked: '//run%deck%name()//' is a good deck'
+         call run%simulation%log%line('checked: '//run%deck%name()//' is a good deck')
          return
       end if
       call memory_problem(int(run%simulation%model%mesh%n_elements, i8), bytes_to_run, 'to be run', problem)
@@ -103,15 +111,14 @@ contains
    end function run_deck
 
    !> Go on from a checkpoint.
-   integer function restart(options, interruption) result(status)
+   integer function restart(run, options, interruption) result(status)
+      type(run_t), intent(inout) :: run
       type(options_t), intent(in) :: options
       !> as run_program
       type(interruption_t), intent(inout) :: interruption
-      type(run_t), allocatable :: run
       type(checkpoint_t) :: checkpoint
       type(diagnostics_t) :: diagnostics
       character(len=:), allocatable :: ignored, problem
-      allocate (run)
       call prepare(run, options, interruption)
       status = exit_done
       call run%open(options%restart, checkpoint)
@@ -124,12 +131,12 @@ contains
          end if
       end if
       if (allocated(checkpoint%error)) then
-         status = merge(exit_not_written, exit_wrong_input, path_exists(options%restart))
+         status = merge(exit_wrong_input, exit_not_written, checkpoint%mistaken)
          write (error_unit, '(a)') 'rfem: error: '//checkpoint%error
          return
       end if
       if (options%action == action_explain) then
-         call run%deck%explain(output_unit, run%manual)
+         call explain(run)
          return
       end if
       call memory_problem(int(run%n_elements, i8), bytes_to_run, 'to be run', problem)
@@ -139,7 +146,7 @@ contains
          write (error_unit, '(a)') 'rfem: error: '//options%restart//': '//problem
          return
       end if
-      call say_hello(run%job)
+      call say_hello(run)
       run%simulation%reading_time = monotonic_time() - run%start
       status = run%go_on(checkpoint)
       interruption = run%simulation%interruption
@@ -159,10 +166,22 @@ contains
    end subroutine prepare
 
    !> The first line of the log.
-   subroutine say_hello(job)
-      character(len=*), intent(in) :: job
-      write (output_unit, '(a)') 'rfem '//version//' ('//commit//'), '//to_text(omp_get_max_threads())//' threads, job '//job
+   subroutine say_hello(run)
+      type(run_t), intent(inout) :: run
+      call run%simulation%log%line('rfem '//version//' ('//commit//'), '//to_text(omp_get_max_threads())//' threads, job '// &
+                                   run%job)
    end subroutine say_hello
+
+   !> What --explain asks for.
+   subroutine explain(run)
+      type(run_t), intent(inout) :: run
+      type(text_t), allocatable :: lines(:)
+      integer :: i
+      call run%deck%explain(run%manual, lines)
+      do i = 1, size(lines)
+         call run%simulation%log%line(lines(i)%s)
+      end do
+   end subroutine explain
 
    !> A deck that describes itself, for the defaults of what the user's deck leaves out.
    subroutine describe(manual)
@@ -191,14 +210,14 @@ contains
    end function padded
 
    !> The settings of the run, in the log.
-   subroutine list_settings(deck, manual)
-      type(deck_t), intent(in) :: deck, manual
+   subroutine list_settings(run)
+      type(run_t), intent(inout) :: run
       type(text_t), allocatable :: names(:), values(:), origins(:)
       integer :: i
-      call deck%settings(names, values, origins, manual)
-      write (output_unit, '(a)') 'settings:'
+      call run%deck%settings(names, values, origins, run%manual)
+      call run%simulation%log%line('settings:')
       do i = 1, size(names)
-         write (output_unit, '(a)') '  '//names(i)%s//' = '//values(i)%s//'  ('//origins(i)%s//')'
+         call run%simulation%log%line('  '//names(i)%s//' = '//values(i)%s//'  ('//origins(i)%s//')')
       end do
    end subroutine list_settings
 

@@ -1,15 +1,15 @@
 !> A run, from its result files to the exit status: a new one, or one that goes on from a checkpoint.
 module rf_run
-   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+   use, intrinsic :: iso_fortran_env, only: error_unit
    use omp_lib, only: omp_get_max_threads
    use rf_kinds, only: wp, i8
-   use rf_clock, only: monotonic_time, date_text
+   use rf_clock, only: stopwatch_t, monotonic_time, date_text
    use rf_deck, only: deck_t
    use rf_output_input, only: output_requests_t
    use rf_checkpoint, only: checkpoint_t, checkpoint_path
    use rf_provenance, only: provenance_t
    use rf_simulation, only: simulation_t, exit_done, exit_not_written, exit_interrupted
-   use rf_summary, only: summarise_run
+   use rf_summary, only: summarise_run, tell_that_it_had_ended
    use rf_system, only: make_folders, is_folder, path_exists, real_path, host_name, process_id, catch_leave_signals
    use rf_log, only: short
    use rf_text, only: text_t, to_text
@@ -36,6 +36,8 @@ module rf_run
       real(wp), private :: spent = 0
       !> it goes on from JOB.rst.h5 itself: the next checkpoint makes it the previous one
       logical, private :: from_newest = .true.
+      !> the time that checkpoints take
+      type(stopwatch_t), private :: watch
       !> the result files are open; there is a checkpoint from which the run can go on with them
       logical, private :: opened = .false., resumable = .false.
    contains
@@ -90,7 +92,9 @@ contains
       !> open
       type(checkpoint_t), intent(inout) :: checkpoint
       character(len=:), allocatable :: error
+      logical :: complete
       call catch_leave_signals()
+      complete = .false.
       call self%fill_provenance()
       associate (simulation => self%simulation, provenance => self%simulation%recorder%provenance)
          call continue_provenance(provenance, checkpoint)
@@ -100,7 +104,12 @@ contains
          call checkpoint%finish_reading()
          self%spent = simulation%wall_time
          if (allocated(checkpoint%error)) error = checkpoint%error
-         if (.not. allocated(error)) call simulation%recorder%go_on(self%prefix(), error)
+         if (.not. allocated(error)) call simulation%recorder%go_on(self%prefix(), simulation%is_over(), complete, error)
+         if (complete) then
+            call tell_that_it_had_ended(simulation)
+            status = exit_done
+            return
+         end if
          if (.not. allocated(error)) then
             if (len(checkpoint%note) > 0) call simulation%log%line('note: '//checkpoint%note)
             call simulation%log%line('going on at '//simulation%place())
@@ -147,13 +156,13 @@ contains
             status = exit_not_written
             if (self%opened) call simulation%recorder%discard(self%resumable)
             write (error_unit, '(a)') 'rfem: error: '//error
-            if (self%opened .or. self%resumable) call tell_what_is_left(self%prefix())
+            if (self%opened) call tell_what_is_left(self%prefix())
             return
          end if
          if (status == exit_interrupted) then
             call self%tell_how_to_go_on()
          else
-            call summarise_run(simulation, monotonic_time() - self%start)
+            call summarise_run(simulation, monotonic_time() - self%start, self%watch%total)
             if (allocated(simulation%message)) write (error_unit, '(a)') 'rfem: error: '//simulation%message
          end if
       end associate
@@ -166,6 +175,7 @@ contains
       type(checkpoint_t) :: checkpoint
       real(wp) :: begun
       begun = monotonic_time()
+      call self%watch%start()
       associate (simulation => self%simulation)
          simulation%wall_time = self%spent + (monotonic_time() - self%start)
          checkpoint%keep_newest = self%from_newest
@@ -174,6 +184,7 @@ contains
          call checkpoint%exchange('elements', simulation%model%mesh%n_elements)
          call simulation%exchange(checkpoint)
          call checkpoint%finish_writing()
+         call self%watch%stop()
          if (allocated(checkpoint%error)) then
             error = checkpoint%error
             return
@@ -218,7 +229,7 @@ contains
 
    !> The run was interrupted: why, where, and what to do.
    subroutine tell_how_to_go_on(self)
-      class(run_t), intent(in) :: self
+      class(run_t), intent(inout) :: self
       character(len=:), allocatable :: text
       text = 'stopped by '//self%simulation%interruption%reason()//' at '//self%simulation%place()//'; go on with: '// &
              'rfem --restart '//checkpoint_path(self%prefix())

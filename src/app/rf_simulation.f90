@@ -81,7 +81,7 @@ module rf_simulation
       !> STOP DROP: largest reaction of the monitor and its direction
       real(wp), private :: peak = 0, peak_direction(2) = 0
    contains
-      procedure :: run, is_over, place, exchange
+      procedure :: run, is_over, place, ending, exchange
       procedure, private :: start, begin_step, end_step, next_increment, begin_increment, head_for, relax, decide
       procedure, private :: mark_checkpoint, accept, record, recording_failed, apply_loads, watch_peak, watch_drop
       ! rf_first_event
@@ -250,6 +250,25 @@ contains
              short(self%position%load_factor)//', '//to_text(self%model%events)//' events'
       if (self%model%relaxation%under_way) text = text//', iteration '//to_text(self%model%relaxation%iterations)
    end function place
+
+   !> What ended a run of which nothing is left to do, for the log.
+   function ending(self) result(text)
+      class(simulation_t), intent(in) :: self
+      character(len=:), allocatable :: text
+      text = 'all steps are done'
+      if (self%steps_done < size(self%steps)) then
+         text = 'a fragment came to no rest: mechanism'
+      else if (self%step_over) then
+         associate (settings => self%model%failure%settings)
+            text = 'STOP DROP'
+            if (settings%max_events > 0 .and. self%step_events >= settings%max_events) then
+               text = 'MAX EVENTS'
+               if (settings%stop_drop > 0) text = 'MAX EVENTS or STOP DROP'
+            end if
+         end associate
+         text = 'its last step was stopped by '//text
+      end if
+   end function ending
 
    !> The state before the first step: row and frame 0. What its velocities are worth is booked when the step begins.
    subroutine start(self)

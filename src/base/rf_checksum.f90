@@ -14,6 +14,7 @@ module rf_checksum
 
    !> bytes read at a time
    integer, parameter :: piece_size = 1048576
+   integer, parameter :: longest_reason = 256
    integer(i8), parameter :: byte_mask = 255_i8
    !> x^64 is the sum of these powers; the highest bit is the power 0
    integer(i8), parameter :: polynomial = ior(shiftl(int(z'C96C5795', i8), 32), int(z'D7870F42', i8))
@@ -94,27 +95,34 @@ contains
    end subroutine exchange
 
    !> Checksum of the first bytes of a file; `good` is false if it cannot be read so far.
-   subroutine checksum_of_file(path, length, sum, good)
+   subroutine checksum_of_file(path, length, sum, good, reason)
       character(len=*), intent(in) :: path
       !> bytes
       integer(i8), intent(in) :: length
       type(checksum_t), intent(out) :: sum
       logical, intent(out) :: good
+      !> why not
+      character(len=:), allocatable, intent(out), optional :: reason
       character(len=:), allocatable :: piece
+      character(len=longest_reason) :: words
       integer(i8) :: done
       integer :: unit, n, status
-      open (newunit=unit, file=path, access='stream', form='unformatted', status='old', action='read', iostat=status)
+      words = ''
+      open (newunit=unit, file=path, access='stream', form='unformatted', status='old', action='read', &
+            iostat=status, iomsg=words)
       good = status == 0
+      if (present(reason)) reason = trim(words)
       if (.not. good) return
       allocate (character(len=piece_size) :: piece)
       done = 0
       do while (done < length .and. good)
          n = int(min(int(piece_size, i8), length - done))
-         read (unit, iostat=status) piece(:n)
+         read (unit, iostat=status, iomsg=words) piece(:n)
          good = status == 0
          if (good) call sum%add(piece(:n))
          done = done + n
       end do
+      if (present(reason)) reason = trim(words)
       close (unit)
    end subroutine checksum_of_file
 end module rf_checksum

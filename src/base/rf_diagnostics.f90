@@ -189,19 +189,21 @@ contains
       flush (to)
    end subroutine print_messages
 
-   !> Messages ordered by file (as the files first appear) and line; those of one line stay in the order they came in.
+   !> Messages ordered by file (as the files first appear) and line; those of one line stay in the order they came in. What has no
+   !> place mostly follows from what has one, and comes last.
    pure subroutine by_place(self, order)
       class(diagnostics_t), intent(in) :: self
       !> numbers of the messages
       integer, allocatable, intent(out) :: order(:)
+      integer, parameter :: nowhere = huge(1)
       integer :: file(self%n_messages), i, j
       allocate (order(self%n_messages))
       do i = 1, self%n_messages
          associate (this => self%messages(i)%place)
-            file(i) = 0
+            file(i) = nowhere
             if (.not. allocated(this%file)) cycle
             do j = 1, i - 1
-               if (file(j) == 0) cycle ! .and. may look at both sides
+               if (file(j) == nowhere) cycle ! .and. may look at both sides
                if (same_text(self%messages(file(j))%place%file, this%file)) exit
             end do
             file(i) = i

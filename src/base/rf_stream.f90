@@ -20,7 +20,7 @@ module rf_stream
       type(c_ptr), private :: file = c_null_ptr
    contains
       procedure :: open => open_file
-      procedure :: open_input, is_open
+      procedure :: open_input, open_output, is_open
       procedure :: read => read_some
       procedure :: is_sound
       procedure :: write => write_text
@@ -140,6 +140,13 @@ contains
       self%file = c_fdopen(0_c_int, 'r'//c_null_char)
       good = c_associated(self%file)
    end function open_input
+
+   !> Open the standard output; it is not to be closed. False also where there is none: then another file gets its number later.
+   logical function open_output(self) result(good)
+      class(stream_t), intent(inout) :: self
+      self%file = c_fdopen(1_c_int, 'w'//c_null_char)
+      good = c_associated(self%file)
+   end function open_output
 
    pure logical function is_open(self)
       class(stream_t), intent(in) :: self

@@ -1,30 +1,37 @@
 !> The operating system: files and folders, terminal, signals, environment. The one file that calls C's library for them (what is in
 !> files: rf_stream).
 module rf_system
-   use, intrinsic :: iso_c_binding, only: c_char, c_funloc, c_funptr, c_int, c_intptr_t, c_null_char, &
+   use, intrinsic :: iso_c_binding, only: c_char, c_funloc, c_funptr, c_int, c_int16_t, c_intptr_t, c_null_char, &
       c_null_funptr, c_ptr, c_size_t, c_associated
    use rf_kinds, only: i8
    use rf_stream, only: stream_t, last_error, last_reason, reason_of
    implicit none
    private
-   public :: is_terminal, path_exists, is_folder, is_readable, read_whole, make_folders, rename_file, remove_file, link_file, &
+   public :: is_terminal, path_exists, is_folder, is_pipe, is_readable, read_whole, make_folders, rename_file, remove_file, &
+      link_file, &
       sync_file, sync_folder, real_path, host_name, environment, process_id, exit_program, catch_save_signal, &
       catch_leave_signals, leave_signal, told_to_leave, told_to_save, refuse_large_files, read_ok, read_missing, &
-      read_folder, read_refused, read_failed, read_too_large, largest_file
+      read_folder, read_refused, read_failed, read_too_large, read_unreachable, largest_file
 
    !> what read_whole found
-   integer, parameter :: read_ok = 0, read_missing = 1, read_folder = 2, read_refused = 3, read_failed = 4, read_too_large = 5
+   integer, parameter :: read_ok = 0, read_missing = 1, read_folder = 2, read_refused = 3, read_failed = 4, read_too_large = 5, &
+      read_unreachable = 6
    !> largest file that read_whole takes [bytes]: offsets into it are default integers
    integer, parameter :: largest_file = 1073741823
 
    integer(c_int), parameter :: may_exist = 0, may_read = 4
-   !> errors (Linux's errno.h): EACCES, EINVAL, EOPNOTSUPP
-   integer, parameter :: not_permitted = 13, not_for_this = 22, not_supported = 95
+   !> errors (Linux's errno.h): ENOENT, ENOTDIR, EACCES, EINVAL, EOPNOTSUPP
+   integer, parameter :: not_there = 2, no_folder = 20, not_permitted = 13, not_for_this = 22, not_supported = 95
    !> numbers of Linux
-   integer(c_int), parameter :: signal_interrupt = 2, signal_user_1 = 10, signal_terminate = 15, signal_file_size = 25
+   integer(c_int), parameter :: signal_hang_up = 1, signal_interrupt = 2, signal_user_1 = 10, signal_terminate = 15, &
+      signal_cpu_time = 24, signal_file_size = 25
    !> SIG_IGN of signal.h: the handler that does nothing
    integer(c_intptr_t), parameter :: ignoring = 1_c_intptr_t
    integer, parameter :: longest_path = 4096
+   !> statx of Linux (sys/stat.h): relative to the working directory (AT_FDCWD); what kind of file (STATX_TYPE); its answer in
+   !> units of 16 bits and the place of the mode in it; S_IFMT, S_IFIFO
+   integer(c_int), parameter :: working_folder = -100, type_only = 1
+   integer, parameter :: statx_size = 128, statx_mode = 15, kind_bits = int(z'F000'), kind_pipe = int(z'1000')
    integer, parameter :: first_chunk = 65536
    !> permissions of a new folder, cut down by the user's mask: rwxrwxrwx
    integer(c_int), parameter :: folder_mode = 511_c_int
@@ -44,6 +51,13 @@ module rf_system
          integer(c_int), value :: mode
          integer(c_int) :: status
       end function c_access
+      function c_statx(folder, path, flags, mask, about) bind(c, name='statx') result(status)
+         import :: c_int, c_int16_t, c_char
+         integer(c_int), value :: folder, flags, mask
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int16_t), intent(inout) :: about(*)
+         integer(c_int) :: status
+      end function c_statx
       function c_opendir(path) bind(c, name='opendir') result(folder)
          import :: c_ptr, c_char
          character(kind=c_char), intent(in) :: path(*)
@@ -137,13 +151,23 @@ contains
       if (is_folder) status = c_closedir(folder)
    end function is_folder
 
+   !> Whether the path is a pipe with a name (a fifo): who opens it waits until somebody writes to it.
+   logical function is_pipe(path)
+      !> path of a file
+      character(len=*), intent(in) :: path
+      integer(c_int16_t) :: about(statx_size)
+      about = 0
+      is_pipe = c_statx(working_folder, path//c_null_char, 0_c_int, type_only, about) == 0
+      if (is_pipe) is_pipe = iand(int(about(statx_mode)), kind_bits) == kind_pipe
+   end function is_pipe
+
    !> Read all bytes of a file, a pipe or the standard input.
    subroutine read_whole(path, text, status)
       !> path of the file; empty: the standard input
       character(len=*), intent(in) :: path
       !> its bytes
       character(len=:), allocatable, intent(out) :: text
-      !> read_ok, read_missing, read_folder, read_refused, read_failed or read_too_large
+      !> read_ok, read_missing, read_folder, read_refused, read_failed, read_too_large or read_unreachable
       integer, intent(out) :: status
       type(stream_t) :: file
       integer(i8) :: size_told
@@ -154,8 +178,11 @@ contains
          opened = file%open_input()
          status = read_failed
       else
-         status = read_missing
-         if (.not. path_exists(path)) return
+         if (.not. path_exists(path)) then
+            status = read_unreachable
+            if (any(last_error() == [not_there, no_folder])) status = read_missing
+            return
+         end if
          status = read_folder
          if (is_folder(path)) return
          status = read_refused
@@ -328,13 +355,16 @@ contains
       call catch(signal_user_1)
    end subroutine catch_save_signal
 
-   !> From now on SIGINT (Ctrl-C) and SIGTERM are remembered instead of ending the program. A second SIGINT ends it at once.
+   !> From now on SIGINT (Ctrl-C), SIGTERM, SIGHUP (the terminal or its connection has gone) and SIGXCPU (ulimit -t; it comes again
+   !> every second) are remembered instead of ending the program. A second SIGINT ends it at once.
    subroutine catch_leave_signals()
       call catch(signal_interrupt)
       call catch(signal_terminate)
+      call catch(signal_hang_up)
+      call catch(signal_cpu_time)
    end subroutine catch_leave_signals
 
-   !> What the caller has told the program to ignore (a shell that runs it in the background: SIGINT) stays ignored.
+   !> What the caller has told the program to ignore (a shell that runs it in the background: SIGINT; nohup: SIGHUP) stays ignored.
    subroutine catch(number)
       integer(c_int), intent(in) :: number
       type(c_funptr) :: old
@@ -351,10 +381,13 @@ contains
    !> Name of the signal that asks to leave; empty if none has come.
    function leave_signal() result(name)
       character(len=:), allocatable :: name
-      name = ''
-      if (leaving == 0) return
-      name = 'SIGTERM'
-      if (leaving == signal_interrupt) name = 'SIGINT'
+      select case (leaving)
+      case (0); name = ''
+      case (signal_interrupt); name = 'SIGINT'
+      case (signal_hang_up); name = 'SIGHUP'
+      case (signal_cpu_time); name = 'SIGXCPU'
+      case default; name = 'SIGTERM'
+      end select
    end function leave_signal
 
    !> Whether a signal has come that asks to leave. Costs nothing.

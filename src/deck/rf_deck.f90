@@ -15,7 +15,7 @@
 module rf_deck
    use rf_deck_card, only: card_t
    use rf_deck_lexer, only: lex_file, lex_text, standard_input
-   use rf_deck_report, only: check_all, describe_own, write_explanation, write_reference, text_of_deck, list_settings
+   use rf_deck_report, only: check_all, describe_own, explain_deck, write_reference, text_of_deck, list_settings
    use rf_deck_store, only: store_t, in_model, in_step, in_both, find_kind, kind_index
    use rf_diagnostics, only: diagnostics_t, place_t
    use rf_text, only: text_t, file_stem, squeezed, upper
@@ -213,18 +213,13 @@ contains
       has_errors = self%store%diagnostics%n_errors > 0
    end function has_errors
 
-   !> Print every setting with its value and where it came from.
-   subroutine explain(self, unit, manual)
+   !> Every setting with its value and where it came from, to be printed.
+   subroutine explain(self, manual, lines)
       class(deck_t), intent(in) :: self
-      !> where to
-      integer, intent(in) :: unit
-      !> a described deck: with it, the defaults of keywords opened as standing that the deck has not are shown too
-      type(deck_t), intent(in), optional :: manual
-      if (present(manual)) then
-         call write_explanation(self%store, unit, manual%store)
-      else
-         call write_explanation(self%store, unit)
-      end if
+      !> a described deck: the defaults of keywords opened as standing that the deck has not are shown too
+      type(deck_t), intent(in) :: manual
+      type(text_t), allocatable, intent(out) :: lines(:)
+      call explain_deck(self%store, lines, manual%store)
    end subroutine explain
 
    !> Write the tables of the users' reference (Markdown), from a described deck.

@@ -5,7 +5,7 @@ module rf_deck_card
    use rf_deck_bounds, only: within, bounds_text, harmless
    use rf_deck_options, only: options_t, choose
    use rf_kinds, only: wp
-   use rf_number, only: read_real, read_integer, number_ok, number_problem
+   use rf_number, only: read_real, read_integer, number_ok, number_overflow, number_problem
    use rf_text, only: joined, split, squeezed, text_t, to_text, upper
    implicit none
    private
@@ -230,7 +230,7 @@ contains
          self%store%pool(first:last)//''', '//problem)
    end subroutine field_error
 
-   !> Whether the next field is a whole number (else it is a name, empty or wrong).
+   !> Whether the next field is a whole number, also one too large to be held (else it is a name, empty or wrong).
    logical function next_is_integer(self)
       class(card_t), intent(in) :: self
       type(card_t) :: copy
@@ -243,7 +243,7 @@ contains
       next_is_integer = .false.
       if (first > last) return
       call read_integer(self%store%pool(first:last), number, status)
-      next_is_integer = status == number_ok
+      next_is_integer = status == number_ok .or. status == number_overflow
    end function next_is_integer
 
    !> Whether the next field is empty or not there.

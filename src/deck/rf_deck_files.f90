@@ -2,7 +2,9 @@
 module rf_deck_files
    use rf_deck_store, only: store_t, file_t, pool_append
    use rf_diagnostics, only: place_t
-   use rf_system, only: read_whole, real_path, read_ok, read_missing, read_folder, read_refused, read_too_large, largest_file
+   use rf_stream, only: last_reason
+   use rf_system, only: is_pipe, read_whole, real_path, read_ok, read_missing, read_folder, read_refused, read_too_large, &
+      read_unreachable, largest_file
    use rf_text, only: same_text, to_text
    implicit none
    private
@@ -10,6 +12,11 @@ module rf_deck_files
 
    !> most files in a deck: whoever has more has files that include each other without end
    integer, parameter :: most_files = 1000
+
+   !> how HDF5 files begin; how checkpoints end (rf_checkpoint)
+   character(len=*), parameter :: hdf5_signature = achar(137)//'HDF'//achar(13)//achar(10)//achar(26)//achar(10), &
+      seal_words = 'rfem checkpoint ends here'
+   integer, parameter :: longest_seal = 100
 
 contains
 
@@ -31,10 +38,16 @@ contains
          at = place
          what = 'the included file '//name
       end if
-      call read_whole(path, text, status)
       done = .false.
+      if (present(place) .and. is_pipe(path)) then        ! reading it might wait for ever
+         call store%diagnostics%error(at, what//' is a pipe, which a deck cannot include')
+         return
+      end if
+      call read_whole(path, text, status)
       if (status == read_missing) then
          call store%diagnostics%error(at, what//' does not exist')
+      else if (status == read_unreachable) then
+         call store%diagnostics%error(at, what//' cannot be reached: '//last_reason())
       else if (status == read_folder) then
          call store%diagnostics%error(at, what//' is a folder')
       else if (status == read_too_large .or. int(len(text)) > largest_file - store%pool_used) then
@@ -43,6 +56,12 @@ contains
          call store%diagnostics%error(at, what//trim(merge(': no permission to read it', ': reading failed          ', &
             status == read_refused)))
          store%diagnostics%reading_failed = .true.
+      else if (index(text, hdf5_signature) == 1) then
+         if (index(text(max(1, len(text) - longest_seal):), seal_words) > 0) then
+            call store%diagnostics%error(at, what//' is a checkpoint, to go on from: rfem --restart '//name)
+         else
+            call store%diagnostics%error(at, what//' is an HDF5 file')
+         end if
       else
          done = .true.
          call enter_file(store, text, name, real_path(path), parent)

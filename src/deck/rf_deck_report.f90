@@ -6,7 +6,7 @@ module rf_deck_report
    use rf_text, only: text_t, add_text, did_you_mean, joined, same_text, to_text
    implicit none
    private
-   public :: check_all, describe_own, write_explanation, write_reference, text_of_deck, list_settings
+   public :: check_all, describe_own, explain_deck, write_reference, text_of_deck, list_settings
 
    !> keywords that the deck mechanism itself reads
    character(len=*), parameter :: own_keywords(3) = [character(len=9) :: 'HEADING', 'PARAMETER', 'END STEP']
@@ -178,34 +178,36 @@ contains
    end subroutine row
 
    !> Every setting with its origin, block by block; then the defaults that hold without their keyword.
-   subroutine write_explanation(store, unit, manual)
+   subroutine explain_deck(store, lines, manual)
       type(store_t), intent(in) :: store
-      integer, intent(in) :: unit
+      type(text_t), allocatable, intent(out) :: lines(:)
       !> a described deck
-      type(store_t), intent(in), optional :: manual
+      type(store_t), intent(in) :: manual
       character(len=:), allocatable :: from
-      integer :: block, i
+      integer :: block, i, n
+      n = 0
       do i = 1, store%n_parameters
          associate (this => store%parameters(i))
             from = this%place%label()
             if (this%overridden) from = '--set, not '//from
-            write (unit, '(a)') '*PARAMETER '//this%name//' = '//this%value//'   '//from
+            call add_text(lines, n, '*PARAMETER '//this%name//' = '//this%value//'   '//from)
          end associate
       end do
-      call write_settings(store, unit)
-      if (.not. present(manual)) return
+      call explain_settings(store, lines, n)
       do block = 1, manual%n_kinds
          associate (kind => manual%kinds(block))
             if (.not. kind%standing) cycle
             if (present_in(store, kind%name)) cycle
-            write (unit, '(a)') '*'//kind%name//' (not in the deck)'
+            call add_text(lines, n, '*'//kind%name//' (not in the deck)')
             do i = 1, manual%n_items
                if (manual%items(i)%kind /= block .or. len(manual%items(i)%default) == 0) cycle
-               write (unit, '(a)') '   '//manual%items(i)%name//' = '//manual%items(i)%default//'   default'
+               call add_text(lines, n, '   '//manual%items(i)%name//' = '//manual%items(i)%default//'   default')
             end do
          end associate
       end do
-   end subroutine write_explanation
+      if (.not. allocated(lines)) allocate (lines(0))
+      lines = lines(:n)
+   end subroutine explain_deck
 
    !> Whether the deck has a block of a keyword.
    pure logical function present_in(store, name)
@@ -219,9 +221,11 @@ contains
    end function present_in
 
    !> The settings that were read, sorted by block.
-   subroutine write_settings(store, unit)
+   subroutine explain_settings(store, lines, n)
       type(store_t), intent(in) :: store
-      integer, intent(in) :: unit
+      type(text_t), allocatable, intent(inout) :: lines(:)
+      !> how many there are
+      integer, intent(inout) :: n
       integer, allocatable :: order(:)
       type(place_t) :: place
       integer :: i, block
@@ -232,12 +236,13 @@ contains
             if (this%block /= block) then
                block = this%block
                place = block_place(store, block)
-               write (unit, '(a)') step_label(store, block)//'*'//store%kinds(store%blocks(block)%kind)%name//'   '//place%label()
+               call add_text(lines, n, step_label(store, block)//'*'//store%kinds(store%blocks(block)%kind)%name//'   '// &
+                             place%label())
             end if
-            write (unit, '(a)') '   '//this%name//' = '//this%value//'   '//origin(store, this)
+            call add_text(lines, n, '   '//this%name//' = '//this%value//'   '//origin(store, this))
          end associate
       end do
-   end subroutine write_settings
+   end subroutine explain_settings
 
    !> 'STEP 2: ' for a block in a step.
    pure function step_label(store, block) result(text)

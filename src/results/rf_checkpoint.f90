@@ -15,7 +15,7 @@ module rf_checkpoint
    use rf_text_file, only: text_file_t
    use rf_hdf5_archive, only: hdf5_archive_t
    use rf_provenance, only: provenance_t
-   use rf_system, only: path_exists, is_folder, is_readable, remove_file, rename_file, link_file, sync_file, sync_folder
+   use rf_system, only: path_exists, is_folder, is_pipe, is_readable, remove_file, rename_file, link_file, sync_file, sync_folder
    use rf_text, only: to_text, file_folder
    implicit none
    private
@@ -39,6 +39,8 @@ module rf_checkpoint
       !> to be written: the newest one of this name becomes the previous one. Not where it is another one from which the run has
       !> gone on: then the newest is no good, and the previous one may be the only one that is
       logical :: keep_newest = .true.
+      !> what was to be read is no file, or a deck: the command line is wrong, not the checkpoint
+      logical :: mistaken = .false.
       !> folder and job name of what is written, path of what is read
       character(len=:), allocatable, private :: path
    contains
@@ -128,11 +130,13 @@ contains
       character(len=:), allocatable, intent(out) :: error
       type(text_file_t) :: file
       type(checksum_t) :: sum
+      character(len=:), allocatable :: reason
       integer(i8) :: length
       logical :: good
       inquire (file=path, size=length)
-      call checksum_of_file(path, length, sum, good)
-      if (.not. good) error = path//': cannot be read again'
+      call checksum_of_file(path, length, sum, good, reason)
+      if (.not. good) error = path//': cannot be read again: '// &
+                           trim(adjustl(reason(index(reason, ': ') + 1:)))      ! which begins with the name too
       if (allocated(error)) return
       call file%append(path, error)
       if (allocated(error)) return
@@ -141,8 +145,10 @@ contains
    end subroutine seal
 
    !> Look whether a file is what was sealed; unallocated means that it is.
-   subroutine check_seal(path, error)
+   subroutine check_seal(path, mistaken, error)
       character(len=*), intent(in) :: path
+      !> it was never meant to be one
+      logical, intent(inout) :: mistaken
       character(len=:), allocatable, intent(out) :: error
       character(len=seal_length) :: found
       character(len=len(signature)) :: beginning
@@ -159,7 +165,10 @@ contains
          if (status == 0 .and. length > seal_length) read (unit, pos=length - seal_length + 1, iostat=status) found
          close (unit)
       end if
-      if (status /= 0 .or. beginning /= signature) then
+      if (index(beginning, '*') == 1) then
+         error = path//': is a deck; a deck is run without --restart, which takes the checkpoint of a run, JOB.rst.h5'
+         mistaken = .true.
+      else if (status /= 0 .or. beginning /= signature) then
          error = path//': this is no HDF5 file, or its beginning is damaged'
       else if (found(:len(seal_words)) /= seal_words .or. found(seal_length:) /= new_line('a')) then
          error = path//': is no checkpoint of rfem, or it was cut short or not finished'
@@ -277,12 +286,17 @@ contains
       associate (path => self%path)
          if (.not. path_exists(path)) then
             error = path//': there is no such file'
+            self%mistaken = .true.
          else if (is_folder(path)) then
             error = path//': is a folder, not a checkpoint'
+            self%mistaken = .true.
+         else if (is_pipe(path)) then         ! reading it might wait for ever
+            error = path//': is a pipe, not a checkpoint'
+            self%mistaken = .true.
          else if (.not. is_readable(path)) then
             error = path//': may not be read'
          else
-            call check_seal(path, error)
+            call check_seal(path, self%mistaken, error)
             if (allocated(error)) return
             call self%file%open(path, .false., error)
             if (allocated(error)) error = damaged(error)

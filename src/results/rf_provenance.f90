@@ -23,7 +23,7 @@ module rf_provenance
       !> all settings: name, value, origin
       type(text_t), allocatable :: setting_names(:), setting_values(:), setting_origins(:)
    contains
-      procedure :: write_start, write_end, write_restart, check_run, exchange
+      procedure :: write_start, write_end, write_restart, check_run, tells_of_end, exchange
    end type provenance_t
 
    !> attributes of /rfem that tell of the end of a run, or of a process of it
@@ -129,6 +129,18 @@ contains
       error = file%path//': is of another run, started at '//started//', than the checkpoint, whose run was started at '// &
               self%start_time//'; the run cannot go on with it'
    end subroutine check_run
+
+   !> Whether the file tells of the end of a run: one that was interrupted, or has gone on since, has no digests.
+   logical function tells_of_end(self, file)
+      class(provenance_t), intent(in) :: self
+      !> open
+      type(hdf5_file_t), intent(in) :: file
+      character(len=:), allocatable :: digest, error
+      associate (unused => self)
+      end associate
+      call file%get_attribute('/rfem', 'digest_topology', digest, error)
+      tells_of_end = .not. allocated(error)
+   end function tells_of_end
 
    !> What a run that goes on has to know of its beginning. (Derived: setting_names, setting_values, setting_origins follow from
    !> the deck.)

@@ -125,15 +125,21 @@ contains
    end subroutine exchange
 
    !> Go on with the files of a checkpoint, after take_requests and exchange. First all of them are looked at, so that none is
-   !> changed where one is missing or too short; then what was written after the checkpoint is cut off.
-   subroutine go_on(self, prefix, error)
+   !> changed where one is missing or too short; then what was written after the checkpoint is cut off. Complete files of a run
+   !> that has nothing left to do stay as they are, closed.
+   subroutine go_on(self, prefix, over, complete, error)
       class(recorder_t), intent(inout) :: self
       !> folder and job name
       character(len=*), intent(in) :: prefix
+      !> the run has nothing left to do
+      logical, intent(in) :: over
+      !> neither have its files
+      logical, intent(out) :: complete
       character(len=:), allocatable, intent(out) :: error
       call self%name_files(prefix)
-      call self%look(prefix, error)
-      if (allocated(error)) then
+      call self%look(prefix, complete, error)
+      complete = complete .and. over
+      if (allocated(error) .or. complete) then
          call self%release()
          return
       end if
@@ -146,16 +152,20 @@ contains
 
    !> Look at all files of a checkpoint and change none. The text files first: as long as they are locked nobody else writes to any
    !> file of this run.
-   subroutine look(self, prefix, error)
+   subroutine look(self, prefix, ended, error)
       class(recorder_t), intent(inout) :: self
       character(len=*), intent(in) :: prefix
+      !> they tell of the end of the run
+      logical, intent(out) :: ended
       character(len=:), allocatable, intent(out) :: error
       character(len=:), allocatable :: problem
+      ended = .false.
       call self%history%look_at_text(prefix, error)
       if (.not. allocated(error)) call self%frames%look_at_text(prefix, error)
       if (.not. allocated(error)) call self%tables%go_on(prefix, .true., error)
       if (.not. allocated(error)) call self%file%reopen(prefix//'.h5', error, look_only=.true.)
       if (.not. allocated(error)) call self%provenance%check_run(self%file, error)
+      if (.not. allocated(error)) ended = self%provenance%tells_of_end(self%file)
       if (.not. allocated(error)) call self%history%go_on(prefix, self%file, .true., error)
       if (self%file%is_open()) call self%file%close(problem)
       if (.not. allocated(error) .and. allocated(problem)) error = problem
@@ -398,7 +408,8 @@ contains
       force = self%history%monitors(m)%force(model%mesh, model%loads, model%reaction)
    end function monitor_reaction
 
-   !> Write what is owed of the last state, unless the run goes on later, the end of the provenance, and close all files.
+   !> Write what is owed of the last state, unless the run goes on later, and close all files; the end of the provenance at last, as
+   !> it says that all of them are complete.
    subroutine finish(self, model, position, wall_time, exit_status, interrupted, error)
       class(recorder_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
@@ -412,13 +423,13 @@ contains
       logical :: row_written
       if (.not. interrupted) call self%complete(model, position, row_written, error)
       call self%watch%start()
+      if (.not. allocated(error)) call self%frames%close(error)
+      if (.not. allocated(error)) call self%tables%close(error)
       if (.not. allocated(error)) call self%history%close(error)
       if (.not. allocated(error)) call self%file%end_swmr(error)
       if (.not. allocated(error)) &
          call write_provenance_end(self, model, wall_time, exit_status, interrupted, error)
       if (.not. allocated(error)) call self%file%close(error)
-      if (.not. allocated(error)) call self%frames%close(error)
-      if (.not. allocated(error)) call self%tables%close(error)
       call self%watch%stop()
    end subroutine finish
 

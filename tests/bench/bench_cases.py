@@ -131,9 +131,9 @@ def files(bench):
 
 
 def phases(log):
-    """The profile in the log: seconds of each phase."""
+    """The profile in the log: seconds of each phase. Contact is part of the relaxation: `(of it contact 1.2 s)`."""
     line = re.search(r"^time: (.*)$", log, re.MULTILINE)
-    return {name.strip(): float(value) for name, value in re.findall(r"([a-z ]+) (\S+) s", line.group(1))}
+    return {name: float(value) for name, value in re.findall(r"([a-z]+) (\S+) s", line.group(1))}
 
 
 # ---------------------------------------------------------------------------------------------- whole runs

@@ -5,6 +5,7 @@
 
 import os
 import re
+import resource
 import shutil
 import signal
 import subprocess
@@ -135,10 +136,49 @@ def test_checkpoints_of_the_deck(tmp_path):
     assert done.returncode == 0 and done.digests == plain.digests
     assert tables(tmp_path / "plain") == tables(tmp_path / "whole")
     shutil.copytree(tmp_path / "whole", tmp_path / "moved")
+    assert re.search(r"^time: .*relaxation \S+ s \(of it contact \S+ s\), .*, checkpoints \S+ s$", done.stdout, re.M)
+    assert ", checkpoints " not in plain.stdout
     for name in ("j.rst.h5", "j.rst.1.h5"):
         again = cut(0, "--restart", tmp_path / "moved" / name, "--quiet")
         assert again.returncode == 0 and again.digests == done.digests, again.stderr
+        assert ("\ngoing on at" in again.stdout) == (name == "j.rst.1.h5")
         assert_same(tmp_path / "moved", tmp_path / "whole")
+
+
+@pytest.mark.parametrize(
+    "name, change, words",
+    [
+        ("bar", [], "all steps are done"),
+        ("plate", [], "its last step was stopped by STOP DROP"),
+        ("plate", [("*FRACTURE", "*FRACTURE, MAX EVENTS=2")], "its last step was stopped by MAX EVENTS or STOP DROP"),
+    ],
+)
+def test_a_finished_run(name, change, words, tmp_path):
+    """There is nothing to go on with: it is said, with what had ended the run, and no file is touched."""
+    deck = edited(CASES[name][0], tmp_path, ("*HEADING", "*RESTART, WRITE\n*HEADING"), *change)
+    out = tmp_path / "out"
+    done = cut(0, deck, "--output", out, "--job", "j", "--quiet")
+    assert done.returncode == 0
+    before = {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in out.iterdir()}
+    again = cut(0, "--restart", out / "j.rst.h5", "--quiet")
+    assert again.returncode == 0 and again.digests == done.digests and not again.stderr
+    assert re.search(
+        rf"^nothing left to do: this run had ended at step \d+, .*{words}.*; its results stay", again.stdout, re.M
+    )
+    assert {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in out.iterdir()} == before
+
+
+def test_a_finished_run_whose_files_are_not(tmp_path):
+    """Killed between its last checkpoint and its end: nothing is left to compute; the files are closed."""
+    deck = edited(SMALL, tmp_path, (CHECKPOINTS[0], CHECKPOINTS[1].format("")))
+    done = cut(0, deck, "--output", tmp_path / "whole", "--job", "j", "--quiet")
+    shutil.copytree(tmp_path / "whole", tmp_path / "killed")
+    with h5py.File(tmp_path / "killed" / "j.h5", "r+") as file:
+        for name in ("exit_status", "wall_time", "digest_displacements", "digest_topology"):
+            del file["rfem"].attrs[name]
+    again = cut(0, "--restart", tmp_path / "killed" / "j.rst.h5", "--quiet")
+    assert again.returncode == 0 and again.digests == done.digests and "\ngoing on at" in again.stdout
+    assert_same(tmp_path / "killed", tmp_path / "whole")
 
 
 def test_killed(tmp_path):
@@ -160,12 +200,19 @@ def test_killed(tmp_path):
         assert_same(folder, tmp_path / "whole")
 
 
-def interrupted(deck, folder, number, seconds):
-    """A run that gets a signal so long after its results have begun to come."""
+def interrupted(deck, folder, number, seconds, ignored=None):
+    """A run that gets a signal so long after its results have begun to come; it may be told to ignore one."""
+
+    def prepare():
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
+        if ignored:
+            signal.signal(ignored, signal.SIG_IGN)
+
     run = subprocess.Popen(
         [PROGRAM, deck, "--output", folder, "--job", "j", "--quiet"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, "OMP_NUM_THREADS": "1"},
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        preexec_fn=prepare,
     )  # fmt: skip
     while not (folder / "j_history.csv").exists() and run.poll() is None:
         time.sleep(0.01)
@@ -175,7 +222,16 @@ def interrupted(deck, folder, number, seconds):
     return run.returncode, out, messages
 
 
-@pytest.mark.parametrize("number, seconds", [(signal.SIGTERM, 0.0), (signal.SIGTERM, 0.31), (signal.SIGINT, 0.13)])
+@pytest.mark.parametrize(
+    "number, seconds",
+    [
+        (signal.SIGTERM, 0.0),
+        (signal.SIGTERM, 0.31),
+        (signal.SIGINT, 0.13),
+        (signal.SIGHUP, 0.1),
+        (signal.SIGXCPU, 0.05),
+    ],
+)
 def test_signals(number, seconds, whole, tmp_path):
     deck, uncut, results = whole("shear_box")
     status, out, messages = interrupted(deck, tmp_path, number, seconds)
@@ -185,6 +241,26 @@ def test_signals(number, seconds, whole, tmp_path):
     assert rest.returncode == 0 and "\ngoing on at step " in rest.stdout
     assert rest.stdout.splitlines()[-1] == "digest displacements={} topology={}".format(*uncut.digests)
     assert_same(tmp_path, results)
+
+
+def test_nohup(whole, tmp_path):
+    """A hang-up that the run was told to ignore does nothing."""
+    deck, uncut, results = whole("shear_box")
+    status, out, messages = interrupted(deck, tmp_path, signal.SIGHUP, 0.1, ignored=signal.SIGHUP)
+    assert status == 0 and not messages
+    assert_same(tmp_path, results)
+
+
+def test_limit_of_processor_time(tmp_path):
+    """ulimit -t: the soft limit stops the run in order."""
+    (tmp_path / "j.inp").write_text(LARGE.replace("*STATIC\n", "*STATIC\n0.01, 1.\n"))
+
+    def limit():
+        resource.setrlimit(resource.RLIMIT_CPU, (2, 100))
+
+    done = call(tmp_path / "j.inp", "--output", tmp_path, "--quiet", preexec_fn=limit)
+    assert done.returncode == 4, done.stderr
+    assert "rfem: note: stopped by SIGXCPU at step 1" in done.stderr and (tmp_path / "j.rst.h5").exists()
 
 
 def test_a_checkpoint_is_asked_for(whole, tmp_path):
@@ -279,6 +355,7 @@ def test_what_cannot_be_gone_on_with(tmp_path):
         before = tables(folder)
         done = call("--restart", folder / path)
         assert done.returncode == 3 and done.stderr.startswith("rfem: error: "), done.stderr
+        assert "are kept" not in done.stderr, "nothing was run"
         for word in words:
             assert word in done.stderr, done.stderr
         assert tables(folder) == before

@@ -11,10 +11,12 @@ import resource
 import select
 import shutil
 import signal
+import stat
 import subprocess
 import threading
 import time
 
+import h5py
 import numpy as np
 import pytest
 from kept_results import assert_kept
@@ -258,6 +260,40 @@ def test_results_of_an_older_run_are_replaced(tmp_path):
     ]
 
 
+@pytest.mark.parametrize("closed", [False, True])
+def test_a_log_that_cannot_be_written(closed, tmp_path):
+    """Results matter more than the log: the run goes on; one line on standard error, and status 3 at the end."""
+    full = "/dev/full"
+    if not closed and not (os.path.exists(full) and stat.S_ISCHR(os.stat(full).st_mode)):
+        pytest.skip(f"there is no {full}")
+    whole = run(SMALL, tmp_path / "whole", job="j")
+    shell = 'exec "$@" >&-' if closed else f'exec "$@" > {full}'
+
+    def logless(*arguments):
+        return subprocess.run(
+            ["sh", "-c", shell, "sh", PROGRAM, *map(str, arguments)],
+            stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, check=False, timeout=120,
+        )  # fmt: skip
+
+    reason = "Bad file descriptor" if closed else "No space left on device"
+    for arguments in (
+        [SMALL, "--output", tmp_path / "out", "--job", "j", "--quiet"],
+        [SMALL, "--check"],
+        [SMALL, "--explain"],
+        ["--help"],
+    ):
+        done = logless(*arguments)
+        assert done.returncode == 3, done.stderr
+        said(done, "cannot write to standard output: " + reason)
+    for name in ("j_history.csv", "j_events.csv"):
+        assert (tmp_path / "out" / name).read_bytes() == whole.path(name[1:]).read_bytes()
+    with h5py.File(tmp_path / "out" / "j.h5") as file:
+        assert file["rfem"].attrs["exit_status"] == 0
+    # a status that says more stays
+    done = logless(bar(tmp_path, limit="20"), "--output", tmp_path / "failed", "--quiet")
+    assert done.returncode == 1 and "cannot write to standard output" in done.stderr, done.stderr
+
+
 # ------------------------------------------------------------------------------------------- 2: deck and command line
 @pytest.mark.parametrize(
     "arguments, words",
@@ -281,6 +317,16 @@ def test_results_of_an_older_run_are_replaced(tmp_path):
         (["--restart", "x.rst.h5", "--set", "a=1"], ["no --set"]),
         (["--restart", "x.rst.h5", "--check"], ["no --check"]),
         (["--restart", ""], ["--restart needs"]),
+        (["--restart", str(SOURCE)], ["is a folder, not a checkpoint"]),
+        (["--restart", str(SMALL)], ["is a deck; a deck is run without --restart"]),
+        (["--restart="], ["--restart needs"]),
+        (["--restart=x.rst.h5"], ["x.rst.h5: there is no such file"]),
+        (["--restart", "a.rst.h5", "--restart", "b.rst.h5"], ["--restart is given twice"]),
+        (["--restart=a.rst.h5", "--restart", "b.rst.h5"], ["--restart is given twice"]),
+        ([str(SMALL), "--job", "a", "--job", "a"], ["--job is given twice"]),
+        ([str(SMALL), "--quiet", "--threads", "1", "--quiet"], ["--quiet is given twice"]),
+        ([str(SMALL), "--set", "H=1", "--set", "h = 2"], ["--set H is given twice: H=1 and h = 2"]),
+        ([str(SMALL), "--check=yes"], ["--check=yes is no option"]),
         ([""], ["empty"]),
     ],
 )
@@ -311,6 +357,44 @@ def test_wrong_deck(edit, words, tmp_path):
         for word in words:
             assert word in done.stderr
         assert os.listdir(tmp_path) == ["deck"] and os.listdir(tmp_path / "deck") == ["first_deck.inp"]
+
+
+def test_a_checkpoint_is_no_deck(tmp_path):
+    deck = edited(SMALL, tmp_path, ("*HEADING", "*RESTART, WRITE, FREQUENCY=1000\n*HEADING"))
+    assert call(deck, "--output", tmp_path / "out", "--job", "j", "--quiet").returncode == 0
+    (tmp_path / "includes.inp").write_text("*INCLUDE, INPUT=out/j.h5\n")
+    for deck, words in (
+        ("out/j.rst.h5", "the deck out/j.rst.h5 is a checkpoint, to go on from: rfem --restart out/j.rst.h5"),
+        ("out/j.h5", "the deck out/j.h5 is an HDF5 file"),
+    ):
+        done = call(deck, cwd=tmp_path)
+        assert done.returncode == 2 and done.stderr == f"rfem: error: {words}\n"
+    done = call("includes.inp", "--check", cwd=tmp_path)
+    assert done.stderr.startswith("rfem: error: includes.inp:1: the included file out/j.h5 is an HDF5 file\n")
+
+
+def test_links_that_lead_nowhere(tmp_path):
+    os.symlink("a.inp", tmp_path / "b.inp")
+    os.symlink("b.inp", tmp_path / "a.inp")
+    done = call("a.inp", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr == "rfem: error: the deck a.inp cannot be reached: Too many levels of symbolic links\n"
+
+
+def test_pipes(tmp_path):
+    """A deck may come through a pipe, which is told because nothing may ever come; no include, no checkpoint may."""
+    pipe = tmp_path / "pipe.inp"
+    os.mkfifo(pipe)
+    writer = threading.Thread(target=lambda: pipe.write_text(SMALL.read_text()))
+    writer.start()
+    done = call(pipe, "--check")
+    writer.join()
+    assert done.returncode == 0 and f"rfem: note: {pipe} is a pipe: the deck is what is written to it\n" in done.stderr
+    (tmp_path / "a.inp").write_text("*INCLUDE, INPUT=pipe.inp\n")
+    done = call(tmp_path / "a.inp", "--check", timeout=60)
+    assert done.returncode == 2 and "a.inp:1: the included file" in done.stderr and "is a pipe" in done.stderr
+    done = call("--restart", pipe, timeout=60)
+    assert done.returncode == 2 and "is a pipe, not a checkpoint" in done.stderr
 
 
 # ----------------------------------------------------------------------------------------- 1: no equilibrium, no number
