@@ -333,11 +333,11 @@ Written by `./run bench` (`tests/bench`); do not edit. Measured on {machine["dat
 - load of the machine when the benchmark began: {machine["load"]:.1f}
 
 **How to read the figures.** The unit is element updates per second: elements x relaxation steps / time. Of many
-measured windows the best one counts, because other work on the machine can only slow down; on one thread the
-processor's time is taken, on two the clock's, so that two threads show their true speed only on a machine with
-nothing else to do. A figure of another machine says nothing about this one: compare in one run, beside the
-bandwidth measured in it. *Must* and *goal* are what the project set itself on a machine whose memory brings 86 /
-27 to 36 / 16 GB/s a core from L2 / L3 / memory.
+measured windows (on two threads: of three processes) the best one counts, because other work on the machine can
+only slow down; on one thread the processor's time is taken, on two the clock's, so that two threads show their true
+speed only on a machine with nothing else to do. A figure of another machine says nothing about
+this one: compare in one run, beside the bandwidth measured in it. *Must* and *goal* are what the project set itself
+on a machine whose memory brings 86 / 27 to 36 / 16 GB/s a core from L2 / L3 / memory.
 
 {bandwidth_table(figures)}
 
