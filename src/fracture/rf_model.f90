@@ -66,7 +66,7 @@ module rf_model
       type(baseline_t), private :: baseline
    contains
       procedure :: prepare, equilibrate, accept, split, remove, has_grown, renumber, watch_slip, watch_softening
-      procedure, private :: check, follow_parted, carry_all, find_pairs, keep_forces
+      procedure, private :: check, follow_parted, carry_all, find_pairs
       procedure :: exchange
    end type model_t
 
@@ -99,14 +99,7 @@ contains
       !> of the last split (absent: all pairs anew)
       type(changes_t), intent(in), optional :: changes
       call self%contact%rebuild(self%mesh, self%material, self%motion, changes)
-      call self%keep_forces()
    end subroutine find_pairs
-
-   !> The kernel of the pairs asks for the force on every node, as time steps do.
-   subroutine keep_forces(self)
-      class(model_t), intent(inout) :: self
-      if (self%contact%n_pairs > 0 .or. self%dynamics%wanted) call self%loads%keep_forces()
-   end subroutine keep_forces
 
    !> Relax at the present loads. An interruption leaves the relaxation `under_way`.
    subroutine equilibrate(self, tolerance, interruption)
@@ -189,7 +182,6 @@ contains
       call self%loads%follow(self%mesh, self%material, self%changes, fraction, time)
       call self%rows%update(self%mesh, self%material, self%changes)
       call self%contact%follow(self%mesh, self%material, self%motion, self%changes)
-      call self%keep_forces()
       call self%pieces%follow(self%mesh, self%changes)
       call self%energy%adopt(self%changes, self%loads, self%mesh%n_nodes)
       call self%failure%adopt(self%mesh, self%changes)
@@ -241,11 +233,15 @@ contains
 
    !> Whether so much has been appended since the numbers were given that the relaxation step suffers from it. It depends on
    !> the mesh alone, so that a run is numbered anew at the same events whatever it is run with.
-   pure logical function has_grown(self)
+   pure logical function has_grown(self, at_all)
       class(model_t), intent(in) :: self
+      !> by a single node (default: by as many as the step suffers from)
+      logical, intent(in), optional :: at_all
+      integer :: least
       associate (mesh => self%mesh)
-         has_grown = mesh%ordering /= ordering_none .and. &
-                     mesh%n_nodes - mesh%n_numbered_nodes > max(growth_least, int(growth_limit*mesh%n_numbered_nodes))
+         least = max(growth_least, int(growth_limit*mesh%n_numbered_nodes))
+         if (present(at_all)) least = merge(0, least, at_all)
+         has_grown = mesh%ordering /= ordering_none .and. mesh%n_nodes - mesh%n_numbered_nodes > least
       end associate
    end function has_grown
 

@@ -1,11 +1,13 @@
 !> Contact impulses of node pairs, after Katona (1983): open, stick or slip, exact, no penalty. Pairs that share no node do
-!> not feel each other: a lone pair is solved at once; a group of connected pairs is swept by Gauss-Seidel to its own
-!> convergence. Pairs belong to the block of nodes of their lowest node and are worked on by the thread that moved it, whose
-!> caches hold it. No result depends on the number of threads.
+!> not feel each other: such a pair is solved at once (rf_direct_pair_k), most of them by the step kernel as soon as it has
+!> moved their nodes; a group of connected pairs is swept by Gauss-Seidel to its own convergence. Pairs belong to the block of
+!> nodes of their lowest node and are worked on by the thread that moved it, whose caches hold it. No result depends on the
+!> number of threads.
 module rf_contact_k
    use rf_kinds, only: wp, i1
    use rf_step_k, only: blocks_for_threads, lanes
    use rf_cohesive_k, only: cohesive_pair_t, solve_pair
+   use rf_direct_pair_k, only: solve_direct
    implicit none
    private
    public :: contact_step, max_sweeps, most_coupled
@@ -21,16 +23,18 @@ contains
 
    !> Impulses that keep all pairs from interpenetrating and within Coulomb friction (theory: eqs. 17 to 22), applied
    !> to velocities and new displacements; residuals of the contact nodes with the contact forces in.
-   subroutine contact_step(n_blocks, block_lone, block_group, ordinary, group_pair, group_node, node, pair_node, normal, &
-                           weight, gain, friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, &
-                           mobility, counted, group_column, coupling, tolerance, warm, b, free_x, free_y, px, py, fx, fy, &
-                           ux, uy, wx, wy, vx, vy, impulse, cohesive, separation, force, jump, kick, partial)
+   subroutine contact_step(n_blocks, direct_from, direct_to, direct_pair, direct_node, direct, swept_first, swept, group_pair, &
+                           group_node, node, pair_node, normal, weight, gain, friction, cohesion, slip_reference, gap_reference, &
+                           bonded, rigid, cap, critical, damage, mobility, counted, group_column, coupling, tolerance, warm, b, &
+                           free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, cohesive, separation, force, jump, &
+                           kick, partial)
       integer, intent(in) :: n_blocks
-      !> first lone pair and first group of connected pairs of each block of nodes, (blocks + 1)
-      integer, intent(in), contiguous :: block_lone(:), block_group(:)
-      !> nodes of the block's lone pairs are free or held in both directions, and none softens, (blocks)
-      logical, intent(in), contiguous :: ordinary(:)
-      !> first pair and first contact node of each group, (groups + 1); the lone pairs come first
+      !> direct pairs of each block that are left to do, from the one to before the other, (blocks); see solve_direct
+      integer, intent(in), contiguous :: direct_from(:), direct_to(:), direct_pair(:), direct_node(:, :)
+      real(wp), intent(in), contiguous :: direct(:, :)
+      !> groups that are swept, block by block: the first of each block, (blocks + 1); their numbers
+      integer, intent(in), contiguous :: swept_first(:), swept(:)
+      !> first pair and first contact node of each group, (groups + 1)
       integer, intent(in), contiguous :: group_pair(:), group_node(:)
       !> node of each contact node; contact nodes a and b of each pair, (2, pairs)
       integer, intent(in), contiguous :: node(:), pair_node(:, :)
@@ -59,7 +63,7 @@ contains
       real(wp), intent(in), contiguous :: coupling(:, :)
       !> largest change of an impulse in the last sweep, relative to the group's largest impulse
       real(wp), intent(in) :: tolerance
-      !> part of the last step's impulses from which connected pairs start
+      !> part of the last step's impulses from which connected pairs start (others from none)
       real(wp), intent(in) :: warm
       !> factor of r/m in the velocity update: a force F is the impulse b F
       real(wp), intent(in) :: b
@@ -76,112 +80,62 @@ contains
       real(wp), intent(inout), contiguous :: force(:, :), jump(:, :), kick(:, :)
       !> |r|^2 of the contact nodes over free and over supported directions, of each block, (2, blocks)
       real(wp), intent(inout), contiguous :: partial(:, :)
-      integer :: k
-      logical :: on_threads
+      integer :: k, to_do
 
-      on_threads = n_blocks >= blocks_for_threads .and. block_group(n_blocks + 1) > groups_for_threads
-      !$omp parallel do default(none) schedule(static) if (on_threads) &
-      !$omp    shared(n_blocks, block_lone, block_group, ordinary, group_pair, group_node, node, pair_node, normal, weight, gain, &
-      !$omp           friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, &
-      !$omp           counted, group_column, coupling, tolerance, warm, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, &
-      !$omp           impulse, cohesive, separation, force, jump, kick, partial) private(k)
+      to_do = swept_first(n_blocks + 1) - 1 + sum(direct_to(:n_blocks) - direct_from(:n_blocks))
+      !$omp parallel do default(none) schedule(static) if (n_blocks >= blocks_for_threads .and. to_do > groups_for_threads) &
+      !$omp    shared(n_blocks, direct_from, direct_to, direct_pair, direct_node, direct, swept_first, swept, group_pair, &
+      !$omp           group_node, node, pair_node, normal, weight, gain, friction, cohesion, slip_reference, gap_reference, &
+      !$omp           bonded, rigid, cap, critical, damage, mobility, counted, group_column, coupling, tolerance, warm, b, &
+      !$omp           free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, cohesive, separation, force, jump, kick, &
+      !$omp           partial) private(k)
       do k = 1, n_blocks
          partial(:, k) = 0
-         if (ordinary(k)) then
-            call solve_lone(block_lone(k), block_lone(k + 1) - 1, node, normal, gain, friction, cohesion, slip_reference, &
-                            gap_reference, mobility, counted, b, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, partial(:, k))
-         else
-            call solve_groups(block_lone(k), block_lone(k + 1) - 1, group_pair, group_node, node, pair_node, normal, weight, gain, &
-                              friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, &
-                              counted, group_column, coupling, tolerance, 0.0_wp, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, &
-                              wy, vx, vy, impulse, cohesive, separation, force, jump, kick, partial(:, k))
-         end if
-         call solve_groups(block_group(k), block_group(k + 1) - 1, group_pair, group_node, node, pair_node, normal, weight, gain, &
-                           friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, &
-                           counted, group_column, coupling, tolerance, warm, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, &
-                           vx, vy, impulse, cohesive, separation, force, jump, kick, partial(:, k))
+         call solve_direct(direct_from(k), direct_to(k) - 1, direct_pair, direct_node, direct, b, size(px) > 0, px, py, fx, fy, &
+                           ux, uy, wx, wy, vx, vy, impulse, partial(:, k))
+         call solve_groups(swept_first(k), swept_first(k + 1) - 1, swept, group_pair, group_node, node, pair_node, normal, &
+                           weight, gain, friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, &
+                           damage, mobility, counted, group_column, coupling, tolerance, warm, b, free_x, free_y, &
+                           size(px) > 0, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, cohesive, separation, force, jump, &
+                           kick, partial(:, k))
       end do
       !$omp end parallel do
    end subroutine contact_step
 
-   !> Lone pairs whose nodes are free or held in both directions: the normal impulse makes no slip and the tangential one no
-   !> gap, so each is known at once. Pairs and contact nodes are numbered alike: those of pair p are 2p - 1 and 2p.
-   subroutine solve_lone(first, last, node, normal, gain, friction, cohesion, slip_reference, gap_reference, mobility, &
-                         counted, b, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, sums)
-      !> pairs
-      integer, intent(in) :: first, last
-      !> see contact_step; without descriptors
-      integer, intent(in) :: node(2, *)
-      real(wp), intent(in) :: normal(2, *), gain(2, *), friction(*), cohesion(*), slip_reference(*), gap_reference(*)
-      real(wp), intent(in) :: mobility(2, 2, *), counted(2, 2, *), b, px(*), py(*), fx(*), fy(*), ux(*), uy(*)
-      real(wp), intent(inout) :: wx(*), wy(*), vx(*), vy(*), impulse(2, *), sums(2)
-      real(wp) :: nx, ny, x, y, pressing, sliding, bound, residual, reaction, per_b, of_a, of_b
-      integer :: p, i, j
-      residual = 0
-      reaction = 0
-      per_b = 1/b
-      do p = first, last
-         i = node(1, p)
-         j = node(2, p)
-         nx = normal(1, p)
-         ny = normal(2, p)
-         x = ux(j) - ux(i) + (vx(j) - vx(i))
-         y = uy(j) - uy(i) + (vy(j) - vy(i))
-         pressing = max(0.0_wp, (gap_reference(p) - (nx*x + ny*y))*gain(1, p))
-         bound = friction(p)*pressing + b*cohesion(p)*(0.5_wp + sign(0.5_wp, pressing - tiny(bound)))  ! no branch
-         sliding = min(bound, max(-bound, (slip_reference(p) - (nx*y - ny*x))*gain(2, p)))
-         impulse(1, p) = pressing
-         impulse(2, p) = sliding
-         x = nx*pressing - ny*sliding      ! the tangent is (-ny, nx)
-         y = ny*pressing + nx*sliding
-         vx(i) = vx(i) - mobility(1, 1, p)*x
-         vy(i) = vy(i) - mobility(1, 1, p)*y
-         vx(j) = vx(j) + mobility(1, 2, p)*x
-         vy(j) = vy(j) + mobility(1, 2, p)*y
-         wx(i) = ux(i) + vx(i)
-         wy(i) = uy(i) + vy(i)
-         wx(j) = ux(j) + vx(j)
-         wy(j) = uy(j) + vy(j)
-         x = x*per_b
-         y = y*per_b
-         of_a = (px(i) - fx(i) - x)**2 + (py(i) - fy(i) - y)**2
-         of_b = (px(j) - fx(j) + x)**2 + (py(j) - fy(j) + y)**2
-         residual = residual + counted(1, 1, p)*of_a + counted(1, 2, p)*of_b
-         reaction = reaction + counted(2, 1, p)*of_a + counted(2, 2, p)*of_b
-      end do
-      sums = sums + [residual, reaction]
-   end subroutine solve_lone
-
    !> Groups of pairs one by one.
-   subroutine solve_groups(first, last, group_pair, group_node, node, pair_node, normal, weight, gain, friction, cohesion, &
-                           slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, counted, &
-                           group_column, coupling, tolerance, warm, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, &
+   subroutine solve_groups(first, last, swept, group_pair, group_node, node, pair_node, normal, weight, gain, friction, &
+                           cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, counted, &
+                           group_column, coupling, tolerance, warm, b, free_x, free_y, loaded, px, py, fx, fy, ux, uy, wx, wy, &
                            vx, vy, impulse, cohesive, separation, force, jump, kick, sums)
-      !> groups
-      integer, intent(in) :: first, last
+      !> the first and the last of them in the list of groups
+      integer, intent(in) :: first, last, swept(*)
       !> see contact_step; without descriptors
       integer, intent(in) :: group_pair(*), group_node(*), node(*), pair_node(2, *), group_column(*)
       real(wp), intent(in) :: normal(2, *), weight(2, *), gain(2, *), friction(*), cohesion(*), slip_reference(*)
       real(wp), intent(in) :: gap_reference(*), cap(2, *), critical(2, *), damage(*), mobility(2, *), counted(2, *)
       real(wp), intent(in) :: coupling(lanes, *)
-      logical, intent(in) :: bonded(*), rigid(*)
+      logical, intent(in) :: bonded(*), rigid(*), loaded
       integer(i1), intent(in) :: free_x(*), free_y(*)
       real(wp), intent(in) :: tolerance, warm, b, px(*), py(*), fx(*), fy(*), ux(*), uy(*)
       real(wp), intent(inout) :: wx(*), wy(*), vx(*), vy(*), impulse(2, *), cohesive(2, *), separation(*)
       real(wp), intent(inout) :: force(2, *), jump(2, *), kick(2, *), sums(2)
-      integer :: g
-      do g = first, last
+      real(wp) :: from
+      integer :: i, g
+      do i = first, last
+         g = swept(i)
+         from = merge(warm, 0.0_wp, group_pair(g + 1) - group_pair(g) > 1)
          if (group_column(g) > 0) then
             call sweep_coupled(group_pair(g + 1) - group_pair(g), group_pair(g), node, pair_node, normal, gain, friction, &
-                               cohesion, slip_reference, gap_reference, coupling(1, group_column(g)), tolerance, warm, b, &
+                               cohesion, slip_reference, gap_reference, coupling(1, group_column(g)), tolerance, from, b, &
                                ux, uy, vx, vy, impulse)
          else
             call sweep_group(group_pair(g), group_pair(g + 1) - 1, group_node(g), group_node(g + 1) - 1, node, pair_node, normal, &
                              weight, gain, friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, &
-                             damage, mobility, tolerance, warm, b, ux, uy, vx, vy, impulse, cohesive, separation, jump, kick)
+                             damage, mobility, tolerance, from, b, ux, uy, vx, vy, impulse, cohesive, separation, jump, kick)
          end if
          call move_nodes(group_pair(g), group_pair(g + 1) - 1, group_node(g), group_node(g + 1) - 1, node, pair_node, normal, &
-                         mobility, counted, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, force, sums)
+                         mobility, counted, b, free_x, free_y, loaded, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, &
+                         force, sums)
       end do
    end subroutine solve_groups
 
@@ -365,9 +319,10 @@ contains
 
    !> Velocities and new displacements of a group's nodes, and their residuals with the contact forces in.
    subroutine move_nodes(first, last, first_node, last_node, node, pair_node, normal, mobility, counted, b, free_x, free_y, &
-                         px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, force, sums)
+                         loaded, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, force, sums)
       integer, intent(in) :: first, last, first_node, last_node, node(*), pair_node(2, *)
       integer(i1), intent(in) :: free_x(*), free_y(*)
+      logical, intent(in) :: loaded
       real(wp), intent(in) :: normal(2, *), mobility(2, *), counted(2, *), b, px(*), py(*), fx(*), fy(*)
       real(wp), intent(in) :: ux(*), uy(*), impulse(2, *)
       real(wp), intent(inout) :: wx(*), wy(*), vx(*), vy(*), force(2, *), sums(2)
@@ -387,8 +342,12 @@ contains
          wx(i) = ux(i) + vx(i)
          wy(i) = uy(i) + vy(i)
          force(:, c) = force(:, c)/b
-         x = px(i) - fx(i) + force(1, c)
-         y = py(i) - fy(i) + force(2, c)
+         x = force(1, c) - fx(i)
+         y = force(2, c) - fy(i)
+         if (loaded) then
+            x = x + px(i)
+            y = y + py(i)
+         end if
          sums(1) = sums(1) + (counted(1, c) + counted(2, c))*(free_x(i)*x*x + free_y(i)*y*y)
          sums(2) = sums(2) + (counted(1, c) + counted(2, c))*((1 - free_x(i))*x*x + (1 - free_y(i))*y*y)
       end do

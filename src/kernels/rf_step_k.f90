@@ -1,11 +1,13 @@
 !> The relaxation step over node rows: internal forces, damped update and all sums that damping and convergence need,
-!> in one pass over blocks of nodes. The rows of a block are sorted by falling valence and cut into slices of `lanes`
-!> rows; a slice stores the first neighbours of all its rows, then the second ones, and so on, shorter rows filled up
-!> with entries of no stiffness (sliced ELLPACK, Kreutzer et al. 2014). The sums of a slice stay in vector registers.
+!> in one pass over blocks of nodes, and contact of the pairs that feel nothing but two nodes of a block. The rows of a block
+!> are sorted by falling valence and cut into slices of `lanes` rows; a slice stores the first neighbours of all its rows, then
+!> the second ones, and so on, shorter rows filled up with entries of no stiffness (sliced ELLPACK, Kreutzer et al. 2014). The
+!> sums of a slice stay in vector registers.
 !> Every sum has a fixed order: along a row, then inside a block, then over the blocks; the number of threads does not
 !> show.
 module rf_step_k
    use rf_kinds, only: wp, i1
+   use rf_direct_pair_k, only: solve_direct
    implicit none
    private
    public :: relaxation_step, internal_forces
@@ -19,9 +21,7 @@ module rf_step_k
    integer, parameter :: sum_curvature = 1, sum_kinetic = 2, sum_residual = 3, sum_reaction = 4, n_sums = 4
    !> blocks below which a second thread costs more than it brings
    integer, parameter :: blocks_for_threads = 4
-   !> what a block without contact nodes has as `measured`: stays in the first-level cache
-   real(wp), parameter :: all_measured(block_size) = 1.0_wp
-   !> forces on a block's nodes where none act: likewise
+   !> forces on a block's nodes where none act: stay in the first-level cache
    real(wp), parameter :: no_force(block_size) = 0.0_wp
 
 contains
@@ -163,24 +163,28 @@ contains
       !$omp end parallel do
    end subroutine internal_forces
 
-   !> One relaxation step of all nodes: v <- a v + b r/m, new u = u + v, r = p - f (theory: eqs. 7 to 9).
+   !> One relaxation step of all nodes: v <- a v + b r/m, new u = u + v, r = p - f (theory: eqs. 7 to 9), and at once the
+   !> impulses of those pairs that feel nothing but their own nodes, which the block has just moved.
    !> Blocks flagged as special hold supports or loose pieces, or damp locally; the others run the plain update.
-   subroutine relaxation_step(n_nodes, n_blocks, first, count, special, touching, slice, order, column, kxx, kxy, kyx, kyy, &
-                              skew_start, skew_count, skew_edge, skew, a, b, local, ux, uy, wx, wy, vx, vy, fx, fy, px, py, &
-                              inverse_mass, &
-                              free_x, free_y, paced, measured, keep, partial)
+   subroutine relaxation_step(n_nodes, n_blocks, first, count, special, slice, order, column, kxx, kxy, kyx, kyy, &
+                              skew_start, skew_count, skew_edge, skew, touching_first, touching, direct_from, direct_to, &
+                              direct_pair, direct_node, direct, a, b, local, ux, uy, wx, wy, vx, vy, fx, fy, px, py, &
+                              inverse_mass, free_x, free_y, paced, counted, keep, impulse, partial)
       integer, intent(in) :: n_nodes, n_blocks
       !> first node and number of nodes of each block
       integer, intent(in) :: first(:), count(:)
       !> the block needs the general update
       logical, intent(in) :: special(:)
-      !> the block holds contact nodes (in one that needs the plain update only)
-      logical, intent(in) :: touching(:)
       !> see internal_forces
       integer, intent(in), contiguous :: slice(:, :), order(:, :), column(:, :)
       real(wp), intent(in), contiguous :: kxx(:, :), kxy(:, :), kyx(:, :), kyy(:, :)
       integer, intent(in), contiguous :: skew_start(:), skew_count(:), skew_edge(:, :)
       real(wp), intent(in), contiguous :: skew(:)
+      !> contact nodes, whose residuals are known after contact only: the first of each block, (blocks + 1); nodes
+      integer, intent(in), contiguous :: touching_first(:), touching(:)
+      !> direct pairs within each block, from the one to before the other, (blocks); see solve_direct
+      integer, intent(in), contiguous :: direct_from(:), direct_to(:), direct_pair(:), direct_node(:, :)
+      real(wp), intent(in), contiguous :: direct(:, :)
       !> factors of velocity and of residual in the update [-], local damping [-]
       real(wp), intent(in) :: a, b, local
       !> displacements now and after the step [length]
@@ -190,7 +194,7 @@ contains
       real(wp), intent(inout) :: vx(n_nodes), vy(n_nodes)
       !> internal forces of the last step, on return of this one [force]
       real(wp), intent(inout) :: fx(n_nodes), fy(n_nodes)
-      !> applied nodal forces [force]; arrays of size 0 where there are none (then no block is `touching`)
+      !> applied nodal forces [force]; arrays of size 0 where there are none
       real(wp), intent(in), contiguous :: px(:), py(:)
       !> 1/m of each node
       real(wp), intent(in) :: inverse_mass(n_nodes)
@@ -199,20 +203,23 @@ contains
       !> 1 where the node's motion enters the damping sums, 0 on pieces free to move as a whole; here and in the next two: an
       !> array of size 0 where all nodes have 1
       real(wp), intent(in), contiguous :: paced(:)
-      !> 1 where its residual is summed here, 0 on loose pieces and at contact nodes (summed after contact)
-      real(wp), intent(in), contiguous :: measured(:)
+      !> 1 where its residual counts, 0 on loose pieces
+      real(wp), intent(in), contiguous :: counted(:)
       !> factor of the old velocity: 1, less on pieces free to move as a whole (the residual stays whole, else contact
       !> forces would balance a part of it only)
       real(wp), intent(in), contiguous :: keep(:)
+      !> normal and tangential impulse of each pair, (2, pairs)
+      real(wp), intent(inout), contiguous :: impulse(:, :)
       !> sums of each block, (n_sums, block)
       real(wp), intent(out) :: partial(:, :)
-      real(wp) :: gx(block_size), gy(block_size), own_paced(block_size), own_measured(block_size), own_keep(block_size)
+      real(wp) :: gx(block_size), gy(block_size), own_paced(block_size), measured(block_size), own_keep(block_size), of_pairs(2)
       integer :: base, n, j
 
       !$omp parallel do default(none) schedule(static) if (n_blocks >= blocks_for_threads) &
-      !$omp    shared(n_blocks, first, count, special, touching, slice, order, column, kxx, kxy, kyx, kyy, skew_start, &
-      !$omp           skew_count, skew_edge, skew, ux, uy, wx, wy, vx, vy, fx, fy, px, py, inverse_mass, free_x, free_y, &
-      !$omp           paced, measured, keep, partial, a, b, local) private(j, base, n, gx, gy, own_paced, own_measured, own_keep)
+      !$omp    shared(n_blocks, first, count, special, slice, order, column, kxx, kxy, kyx, kyy, skew_start, skew_count, &
+      !$omp           skew_edge, skew, touching_first, touching, direct_from, direct_to, direct_pair, direct_node, direct, ux, &
+      !$omp           uy, wx, wy, vx, vy, fx, fy, px, py, inverse_mass, free_x, free_y, paced, counted, keep, impulse, partial, &
+      !$omp           a, b, local) private(j, base, n, gx, gy, own_paced, measured, own_keep, of_pairs)
       do j = 1, n_blocks
          base = first(j)
          n = count(j)
@@ -220,31 +227,49 @@ contains
                               skew_edge(:, skew_start(j):), skew(skew_start(j):), ux, uy, gx, gy)
          if (special(j)) then
             call part_of(paced, base, n, own_paced)
-            call part_of(measured, base, n, own_measured)
+            call part_of(counted, base, n, measured)
             call part_of(keep, base, n, own_keep)
+            call leave_out(touching_first(j), touching_first(j + 1) - 1, touching, base, measured)
             if (size(px) > 0) then
                call general_update(n, a, b, local, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
                                    fx(base), fy(base), px(base:), py(base:), inverse_mass(base), free_x(base), free_y(base), &
-                                   own_paced, own_measured, own_keep, partial(:, j))
+                                   own_paced, measured, own_keep, partial(:, j))
             else
                call general_update(n, a, b, local, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
                                    fx(base), fy(base), no_force, no_force, inverse_mass(base), free_x(base), free_y(base), &
-                                   own_paced, own_measured, own_keep, partial(:, j))
+                                   own_paced, measured, own_keep, partial(:, j))
             end if
-         else if (touching(j)) then
-            call part_of(measured, base, n, own_measured)
-            call plain_update(n, a, b, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
-                              fx(base), fy(base), px(base:), py(base:), inverse_mass(base), own_measured, partial(:, j))
-         else if (size(px) > 0) then
-            call plain_update(n, a, b, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
-                              fx(base), fy(base), px(base:), py(base:), inverse_mass(base), all_measured, partial(:, j))
          else
-            call plain_update(n, a, b, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
-                              fx(base), fy(base), no_force, no_force, inverse_mass(base), all_measured, partial(:, j))
+            measured(:n) = 1
+            call leave_out(touching_first(j), touching_first(j + 1) - 1, touching, base, measured)
+            if (size(px) > 0) then
+               call plain_update(n, a, b, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
+                                 fx(base), fy(base), px(base:), py(base:), inverse_mass(base), measured, partial(:, j))
+            else
+               call plain_update(n, a, b, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
+                                 fx(base), fy(base), no_force, no_force, inverse_mass(base), measured, partial(:, j))
+            end if
          end if
+         if (direct_from(j) == direct_to(j)) cycle
+         of_pairs = 0
+         call solve_direct(direct_from(j), direct_to(j) - 1, direct_pair, direct_node, direct, b, size(px) > 0, px, py, fx, fy, &
+                           ux, uy, wx, wy, vx, vy, impulse, of_pairs)
+         partial(sum_residual, j) = partial(sum_residual, j) + of_pairs(1)
+         partial(sum_reaction, j) = partial(sum_reaction, j) + of_pairs(2)
       end do
       !$omp end parallel do
    end subroutine relaxation_step
+
+   !> Residuals of some nodes of a block are not summed.
+   pure subroutine leave_out(first, last, node, base, measured)
+      !> the first and the last of them in the list of nodes, first node of the block
+      integer, intent(in) :: first, last, node(*), base
+      real(wp), intent(inout) :: measured(block_size)
+      integer :: c
+      do c = first, last
+         measured(node(c) - base + 1) = 0
+      end do
+   end subroutine leave_out
 
    !> What a block's nodes have of a property.
    pure subroutine part_of(values, base, n, part)

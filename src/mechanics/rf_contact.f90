@@ -12,8 +12,6 @@ module rf_contact
    use rf_material, only: material_t
    use rf_motion, only: motion_t
    use rf_cohesive, only: cohesive_t
-   use rf_step_k, only: block_size, lanes
-   use rf_contact_k, only: most_coupled
    implicit none
    private
    public :: contact_t, pair_open, pair_slip, pair_stick
@@ -24,6 +22,21 @@ module rf_contact
    integer, parameter :: segment_tension = 1
    !> friction force, relative to its limit, from which a pair counts as slipping
    real(wp), parameter :: slip_threshold = 1.0_wp - 1.0e-9_wp
+
+   !> Pairs and contact nodes of the blocks of nodes, as the kernels walk through them.
+   type :: contact_blocks_t
+      integer :: n = 0
+      !> pairs that are solved at once (rf_direct_pair_k), block by block: the first of each, (blocks + 1); the first of those
+      !> whose nodes lie in two blocks, behind the others of the block of their lower node, (blocks)
+      integer, allocatable :: direct_first(:), direct_outer(:)
+      !> number among all pairs of each; its nodes, (2, direct pairs); what it is, (n_direct, direct pairs)
+      integer, allocatable :: direct_pair(:), direct_node(:, :)
+      real(wp), allocatable :: direct(:, :)
+      !> groups that are swept, in the block of their lowest node: the first of each block, (blocks + 1); their numbers
+      integer, allocatable :: swept_first(:), swept(:)
+      !> contact nodes block by block: the first of each, (blocks + 1); nodes
+      integer, allocatable :: touching_first(:), touching(:)
+   end type contact_blocks_t
 
    type :: contact_t
       !> the first n_lone pairs share no node with another; each is a group. They stand in the order of their nodes
@@ -63,11 +76,8 @@ module rf_contact
       !> how the impulses of a group act on all its pairs, and its first column there (0: swept without), see contact_step
       integer, allocatable :: group_column(:)
       real(wp), allocatable :: coupling(:, :)
-      !> blocks of nodes; first lone pair and first group of more of each, (blocks + 1): those whose lowest node lies in it
-      integer :: n_blocks = 0
-      integer, allocatable :: block_lone(:), block_group(:)
-      !> nodes of the block's lone pairs are free or held in both directions, and none softens, (blocks)
-      logical, allocatable :: ordinary(:)
+      !> what the kernels walk through
+      type(contact_blocks_t) :: blocks
       !> sums of each block, (2, blocks)
       real(wp), allocatable :: partial(:, :)
       !> workspace of the kernel: gap and slip without impulses, (2, pairs); changes of velocity, (2, contact nodes)
@@ -85,6 +95,16 @@ module rf_contact
    end type contact_t
 
    interface
+      !> What the kernels must know beside: what each block of nodes has to do, and of each contact node. After weigh.
+      module subroutine arrange(self, n_nodes, inverse_mass, free_x, free_y, counted)
+         class(contact_t), intent(inout) :: self
+         !> nodes of the mesh
+         integer, intent(in) :: n_nodes
+         !> see weigh; 1 where a node's residual counts, else 0, (nodes; of size 0: 1 everywhere)
+         real(wp), intent(in) :: inverse_mass(:), counted(:)
+         integer(i1), intent(in) :: free_x(:), free_y(:)
+      end subroutine arrange
+
       !> To or from a checkpoint.
       module subroutine exchange(self, archive)
          class(contact_t), intent(inout) :: self
@@ -612,122 +632,6 @@ contains
       end do
       call self%cohesive%weigh(self%n_pairs, self%weight)
    end subroutine weigh
-
-   !> What the kernel must know beside: which pairs each block of nodes has, and of each contact node. After weigh.
-   subroutine arrange(self, n_nodes, inverse_mass, free_x, free_y, counted)
-      class(contact_t), intent(inout) :: self
-      !> nodes of the mesh
-      integer, intent(in) :: n_nodes
-      !> see weigh; 1 where a node's residual counts, else 0, (nodes)
-      real(wp), intent(in) :: inverse_mass(:), counted(:)
-      integer(i1), intent(in) :: free_x(:), free_y(:)
-      integer :: c, n, g, k, p
-      do c = 1, self%n_nodes
-         n = self%node(c)
-         self%mobility(:, c) = [free_x(n), free_y(n)]*inverse_mass(n)
-         self%counted(:, c) = [free_x(n), 1_i1 - free_x(n)]
-         if (size(counted) > 0) self%counted(:, c) = counted(n)*self%counted(:, c)
-      end do
-      do p = 1, self%n_pairs
-         self%gain(:, p) = 0
-         where (self%weight(:, p) > 0) self%gain(:, p) = 1/self%weight(:, p)
-      end do
-      self%n_blocks = (n_nodes - 1)/block_size + 1
-      if (allocated(self%ordinary)) deallocate (self%block_lone, self%block_group, self%ordinary, self%partial)
-      allocate (self%block_lone(self%n_blocks + 1), self%block_group(self%n_blocks + 1), source=0)
-      allocate (self%ordinary(self%n_blocks), source=.true.)
-      allocate (self%partial(2, self%n_blocks), source=0.0_wp)
-      do g = 1, self%n_groups
-         k = block_of(g)
-         if (g > self%n_lone) then
-            self%block_group(k + 1) = self%block_group(k + 1) + 1
-            cycle
-         end if
-         self%block_lone(k + 1) = self%block_lone(k + 1) + 1
-         if (self%cohesive%bonded(g) .or. any(free_x(self%pair(:, g)) /= free_y(self%pair(:, g)))) &
-            self%ordinary(k) = .false.
-      end do
-      self%block_lone(1) = 1
-      self%block_group(1) = self%n_lone + 1
-      do k = 1, self%n_blocks
-         self%block_lone(k + 1) = self%block_lone(k) + self%block_lone(k + 1)
-         self%block_group(k + 1) = self%block_group(k) + self%block_group(k + 1)
-      end do
-
-      call couple(self)
-
-   contains
-
-      !> Block of the lowest node of a group: the groups are in ascending order of it.
-      pure integer function block_of(group)
-         integer, intent(in) :: group
-         block_of = (minval(self%pair(1, self%group_pair(group):self%group_pair(group + 1) - 1)) - 1)/block_size + 1
-      end function block_of
-
-   end subroutine arrange
-
-   !> What unit impulses change of the gaps and slips of the pairs of their group, for connected groups without softening
-   !> pairs whose nodes are equally free in both directions.
-   subroutine couple(self)
-      type(contact_t), intent(inout) :: self
-      integer :: g, columns, vectors, n, p, q, first
-      if (allocated(self%group_column)) deallocate (self%group_column)
-      allocate (self%group_column(self%n_groups), source=0)
-      columns = 0
-      do g = self%n_lone + 1, self%n_groups
-         n = self%group_pair(g + 1) - self%group_pair(g)
-         if (n > most_coupled .or. any(self%cohesive%bonded(self%group_pair(g):self%group_pair(g + 1) - 1))) cycle
-         associate (mobility => self%mobility(:, self%group_node(g):self%group_node(g + 1) - 1))
-            if (any(abs(mobility(1, :) - mobility(2, :)) > 0)) cycle
-         end associate
-         vectors = (2*n - 1)/lanes + 1
-         self%group_column(g) = columns + 1
-         call grow(self%coupling, columns + 2*n*vectors, lanes)
-         self%coupling(:, columns + 1:columns + 2*n*vectors) = 0
-         first = self%group_pair(g)
-         do q = 0, n - 1
-            do p = 0, n - 1
-               call add(2*p + 1, columns + 2*q*vectors, acted(first + p, first + q))
-            end do
-         end do
-         columns = columns + 2*n*vectors
-      end do
-      if (.not. allocated(self%coupling)) allocate (self%coupling(lanes, 0))
-
-   contains
-
-      !> Entries of a pair (row: its gap) in the two columns of another.
-      subroutine add(row, column, entries)
-         integer, intent(in) :: row, column
-         real(wp), intent(in) :: entries(2, 2)
-         integer :: c, r, v
-         do c = 1, 2
-            do r = 1, 2
-               v = column + (c - 1)*vectors + (row + r - 2)/lanes + 1
-               self%coupling(mod(row + r - 2, lanes) + 1, v) = entries(r, c)
-            end do
-         end do
-      end subroutine add
-
-      !> Gap and slip of pair p by unit impulses, normal and tangential, of pair q.
-      pure function acted(p, q)
-         integer, intent(in) :: p, q
-         real(wp) :: acted(2, 2), m
-         integer :: i, j
-         m = 0
-         do i = 1, 2
-            do j = 1, 2
-               if (self%pair_node(i, p) == self%pair_node(j, q)) &
-                  m = m + merge(1, -1, i == j)*self%mobility(1, self%pair_node(i, p))
-            end do
-         end do
-         acted(1, 1) = m*dot_product(self%normal(:, p), self%normal(:, q))
-         acted(2, 2) = acted(1, 1)
-         acted(2, 1) = m*(self%normal(1, p)*self%normal(2, q) - self%normal(2, p)*self%normal(1, q))
-         acted(1, 2) = -acted(2, 1)
-      end function acted
-
-   end subroutine couple
 
    !> Contact force on each contact node after a step.
    subroutine sum_forces(self, b)

@@ -38,15 +38,29 @@ contains
       call archive%exchange('group_node', self%group_node, used=self%n_groups + 1)
       call archive%exchange('group_column', self%group_column)
       call archive%exchange('coupling', self%coupling)
-      call archive%exchange('n_blocks', self%n_blocks)
-      call archive%exchange('block_lone', self%block_lone)
-      call archive%exchange('block_group', self%block_group)
-      call archive%exchange('ordinary', self%ordinary)
+      call archive%enter('blocks')
+      call exchange_blocks(self%blocks, archive)
+      call archive%leave()
       call archive%exchange('partial', self%partial)
       call archive%exchange('jump', self%jump)
       call archive%exchange('kick', self%kick)
       call archive%exchange('key', self%key)
       call archive%exchange('by_key', self%by_key)
    end subroutine exchange
+
+   subroutine exchange_blocks(blocks, archive)
+      type(contact_blocks_t), intent(inout) :: blocks
+      class(archive_t), intent(inout) :: archive
+      call archive%exchange('n', blocks%n)
+      call archive%exchange('direct_first', blocks%direct_first)
+      call archive%exchange('direct_outer', blocks%direct_outer)
+      call archive%exchange('direct_pair', blocks%direct_pair)
+      call archive%exchange('direct_node', blocks%direct_node)
+      call archive%exchange('direct', blocks%direct)
+      call archive%exchange('swept_first', blocks%swept_first)
+      call archive%exchange('swept', blocks%swept)
+      call archive%exchange('touching_first', blocks%touching_first)
+      call archive%exchange('touching', blocks%touching)
+   end subroutine exchange_blocks
 
 end submodule rf_contact_state

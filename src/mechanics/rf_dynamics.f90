@@ -43,7 +43,7 @@ module rf_dynamics
       !> dt h/m, and the factor of the old velocity, that the step kernel works with (theory: eq. 49)
       real(wp), allocatable, private :: inverse_mass(:), keep(:)
       real(wp), allocatable, private :: ones(:), partial(:, :)
-      logical, allocatable, private :: special(:), touching(:)
+      logical, allocatable, private :: special(:)
       !> applied forces change with time
       logical :: forces_vary = .false.
       !> the time step changes at the present state; it is the first one of a step
@@ -191,7 +191,7 @@ contains
       safe_time_step = safety*2*sqrt(minval(mass(:n_nodes)/rows%row_sum(:n_nodes)))
    end function safe_time_step
 
-   !> What the kernel must know of each node: all take part, and blocks with supports, contact or damping are special.
+   !> What the kernel must know of each node: all take part, and blocks with supports or damping are special.
    subroutine prepare_masks(self, mesh, rows, contact, loads)
       class(dynamics_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
@@ -204,8 +204,6 @@ contains
       call grow(self%inverse_mass, mesh%n_nodes)
       call grow(self%partial, rows%n_blocks, n_sums)
       call grow(self%special, rows%n_blocks)
-      call grow(self%touching, rows%n_blocks)
-      self%touching = .false.       ! no sum over residuals is needed
       self%special = self%damped
       do n = 1, mesh%n_nodes
          if (loads%is_held(1, n) .or. loads%is_held(2, n)) self%special((n - 1)/block_size + 1) = .true.
@@ -306,22 +304,18 @@ contains
          self%target(k) = loads%support_at(self%moving(2, k), self%moving(1, k), 1.0_wp, next_time)
       end do
       if (self%forces_vary) call add_work(n, loads, motion, 0.5_wp*self%last_time_step/self%time_step, energy)
-      call relaxation_step(n, rows%n_blocks, rows%first, rows%count, self%special, self%touching, rows%slice, rows%order, &
-                           rows%column, rows%kxx, rows%kxy, rows%kyx, rows%kyy, rows%skew_start, rows%skew_count, rows%skew_edge, &
-                           rows%skew, 1.0_wp, 1.0_wp, 0.0_wp, motion%ux, motion%uy, &
-                           motion%wx, motion%wy, motion%vx, motion%vy, motion%fx, motion%fy, loads%px, loads%py, &
-                           self%inverse_mass, loads%free_x, loads%free_y, self%ones, self%ones, self%keep, self%partial)
+      associate (blocks => contact%blocks)
+         call relaxation_step(n, rows%n_blocks, rows%first, rows%count, self%special, rows%slice, rows%order, rows%column, &
+                              rows%kxx, rows%kxy, rows%kyx, rows%kyy, rows%skew_start, rows%skew_count, rows%skew_edge, &
+                              rows%skew, blocks%touching_first, blocks%touching, blocks%direct_first, blocks%direct_first, &
+                              blocks%direct_pair, blocks%direct_node, blocks%direct, 1.0_wp, 1.0_wp, 0.0_wp, motion%ux, &
+                              motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, motion%fx, motion%fy, loads%px, &
+                              loads%py, self%inverse_mass, loads%free_x, loads%free_y, self%ones, self%ones, self%keep, &
+                              contact%impulse, self%partial)
+      end associate
       call self%drive(motion)
-      if (contact%n_pairs > 0) then
-         call contact_step(contact%n_blocks, contact%block_lone, contact%block_group, contact%ordinary, contact%group_pair, &
-                           contact%group_node, contact%node, contact%pair_node, contact%normal, contact%weight, contact%gain, &
-                           contact%friction, contact%cohesive_force, contact%slip_reference, contact%gap_reference, &
-                           contact%cohesive%bonded, contact%cohesive%rigid, contact%cohesive%cap, contact%cohesive%critical, &
-                           contact%cohesive%damage, contact%mobility, contact%counted, contact%group_column, contact%coupling, &
-                           contact_tolerance, 0.0_wp, 1.0_wp, &
-                           loads%free_x, loads%free_y, loads%px, loads%py, motion%fx, motion%fy, motion%ux, motion%uy, &
-                           motion%wx, motion%wy, motion%vx, motion%vy, contact%impulse, contact%cohesive%impulse, &
-                           contact%cohesive%separation, contact%force, contact%jump, contact%kick, contact%partial)
+      if (contact%n_pairs > 0) then      ! all pairs only now: contact needs to know how supports move
+         call step_contact(contact, loads, motion)
          if (self%n_moving > 0) call contact%sum_forces(1.0_wp)
          call contact%cohesive%release(contact%n_pairs)
       end if
@@ -331,6 +325,24 @@ contains
       self%starting = .false.
       if (self%last_time_step > 0) call self%book_half(mesh, contact, motion, energy, before=.true.)
    end subroutine evaluate
+
+   !> Contact of all pairs.
+   subroutine step_contact(contact, loads, motion)
+      type(contact_t), intent(inout) :: contact
+      type(loads_t), intent(in) :: loads
+      type(motion_t), intent(inout) :: motion
+      associate (blocks => contact%blocks)
+         call contact_step(blocks%n, blocks%direct_first, blocks%direct_first(2:), blocks%direct_pair, blocks%direct_node, &
+                           blocks%direct, blocks%swept_first, blocks%swept, contact%group_pair, contact%group_node, &
+                           contact%node, contact%pair_node, contact%normal, contact%weight, contact%gain, contact%friction, &
+                           contact%cohesive_force, contact%slip_reference, contact%gap_reference, contact%cohesive%bonded, &
+                           contact%cohesive%rigid, contact%cohesive%cap, contact%cohesive%critical, contact%cohesive%damage, &
+                           contact%mobility, contact%counted, contact%group_column, contact%coupling, contact_tolerance, &
+                           0.0_wp, 1.0_wp, loads%free_x, loads%free_y, loads%px, loads%py, motion%fx, motion%fy, motion%ux, &
+                           motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, contact%impulse, contact%cohesive%impulse, &
+                           contact%cohesive%separation, contact%force, contact%jump, contact%kick, contact%partial)
+      end associate
+   end subroutine step_contact
 
    !> Supports that move: their velocity is what takes them to where they are at the next state.
    subroutine drive(self, motion)
@@ -355,18 +367,19 @@ contains
       type(contact_t), intent(in) :: contact
       type(loads_t), intent(in) :: loads
       type(motion_t), intent(in) :: motion
-      real(wp) :: h, now, force
+      real(wp) :: h, now, force, acting(2)
       integer :: k, n, c
       h = 0.5_wp*(self%last_time_step + self%time_step)
       do k = 1, self%n_moving
          n = self%moving(1, k)
          c = self%moving(3, k)
+         acting = loads%acting_at(n)
          if (self%moving(2, k) == 1) then
             now = motion%vx(n)
-            force = motion%fx(n) - loads%px(n)
+            force = motion%fx(n) - acting(1)
          else
             now = motion%vy(n)
-            force = motion%fy(n) - loads%py(n)
+            force = motion%fy(n) - acting(2)
          end if
          if (c > 0) force = force - contact%force(self%moving(2, k), c)
          self%moving_force(k) = force + self%mass(n)/self%time_step*((now - self%old_moving(k))/h &

@@ -21,7 +21,6 @@ contains
       call archive%exchange('ones', self%ones)
       call archive%exchange('partial', self%partial)
       call archive%exchange('special', self%special)
-      call archive%exchange('touching', self%touching)
       call archive%exchange('forces_vary', self%forces_vary)
       call archive%exchange('damped', self%damped)
       call archive%exchange('changing', self%changing)

@@ -65,7 +65,7 @@ module rf_loads
 
    type :: loads_t
       !> nodal forces that act now against the internal forces K u: applied forces less those of the initial stress [force],
-      !> (nodes); of size 0 as long as nothing but supports acts and nobody else needs them (acting_at, keep_forces)
+      !> (nodes); of size 0 as long as nothing but supports acts (acting_at)
       real(wp), allocatable :: px(:), py(:)
       !> applied nodal forces now: forces, pressures, gravity [force], (2, nodes); not allocated where there is no initial
       !> stress: then px, py are they (force_at)

@@ -99,11 +99,11 @@ module rf_relaxation
       type(progress_t), private :: now
       !> loose pieces that bear load
       type(debris_t), private :: debris
-      !> per node: its residual counts; its motion enters the damping; its residual is summed by the step kernel (not by
-      !> contact); part of the velocity that it keeps in a step. Of size 0 where all nodes have 1
-      real(wp), allocatable, private :: counted(:), paced(:), measured(:), keep(:)
+      !> per node: its residual counts; its motion enters the damping; part of the velocity that it keeps in a step. Of size
+      !> 0 where all nodes have 1
+      real(wp), allocatable, private :: counted(:), paced(:), keep(:)
       real(wp), allocatable, private :: partial(:, :)
-      logical, allocatable, private :: special(:), touching(:)
+      logical, allocatable, private :: special(:)
       !> velocities of this step and of the last one, (node, step, direction); KINETIC damping only
       real(wp), allocatable, private :: velocity(:, :, :)
    contains
@@ -147,7 +147,7 @@ contains
          call pieces%look_at_loads(loads, contact%bonds())
          call self%start(mesh, contact, loads, pieces, motion, tolerance)
       end if
-      call self%prepare_masks(mesh, rows, contact, loads, pieces)
+      call self%prepare_masks(mesh, rows, loads, pieces)
       call contact%arrange(mesh%n_nodes, rows%inverse_mass, loads%free_x, loads%free_y, self%counted)
       self%under_way = .false.
       done = self%iterations
@@ -234,14 +234,14 @@ contains
       changed = .false.
       if (due .or. residual <= limit) call self%debris%look(contact, pieces, self%b, limit, changed)
       if (changed) then
-         call self%prepare_masks(mesh, rows, contact, loads, pieces)
+         call self%prepare_masks(mesh, rows, loads, pieces)
          call contact%arrange(mesh%n_nodes, rows%inverse_mass, loads%free_x, loads%free_y, self%counted)
       end if
       if (mod(self%iterations, steps_of_debris) == 0) &
          call self%debris%follow(mesh%n_nodes, contact, motion, self%b, rows%inverse_mass, self%paced, residual)
    end subroutine watch_debris
 
-   !> One step: forces and update of all nodes, then contact.
+   !> One step: forces and update of all nodes, with the contact of most pairs; then that of the others.
    subroutine step(self, mesh, rows, contact, loads, motion, tolerance)
       class(relaxation_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
@@ -264,23 +264,27 @@ contains
       end if
       warm = merge(b/self%b, 0.0_wp, self%iterations > 0)      ! the same forces as in the step before
       self%b = b
-      call relaxation_step(mesh%n_nodes, rows%n_blocks, rows%first, rows%count, self%special, self%touching, rows%slice, &
-                           rows%order, rows%column, rows%kxx, rows%kxy, rows%kyx, rows%kyy, rows%skew_start, rows%skew_count, &
-                           rows%skew_edge, rows%skew, a, b, local, &
-                           motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, motion%fx, motion%fy, &
-                           loads%px, loads%py, rows%inverse_mass, loads%free_x, loads%free_y, self%paced, self%measured, &
-                           self%keep, self%partial)
-      if (contact%n_pairs == 0) return
-      call self%contact_watch%start()
-      call contact_step(contact%n_blocks, contact%block_lone, contact%block_group, contact%ordinary, contact%group_pair, &
-                        contact%group_node, contact%node, contact%pair_node, contact%normal, contact%weight, contact%gain, &
-                        contact%friction, contact%cohesive_force, contact%slip_reference, contact%gap_reference, &
-                        contact%cohesive%bonded, contact%cohesive%rigid, contact%cohesive%cap, contact%cohesive%critical, &
-                        contact%cohesive%damage, contact%mobility, contact%counted, contact%group_column, contact%coupling, &
-                        min(contact_tolerance, contact_fraction*tolerance), warm, b, loads%free_x, loads%free_y, loads%px, &
-                        loads%py, motion%fx, motion%fy, motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, &
-                        contact%impulse, contact%cohesive%impulse, contact%cohesive%separation, contact%force, contact%jump, &
-                        contact%kick, contact%partial)
+      associate (blocks => contact%blocks)
+         call relaxation_step(mesh%n_nodes, rows%n_blocks, rows%first, rows%count, self%special, rows%slice, rows%order, &
+                              rows%column, rows%kxx, rows%kxy, rows%kyx, rows%kyy, rows%skew_start, rows%skew_count, &
+                              rows%skew_edge, rows%skew, blocks%touching_first, blocks%touching, blocks%direct_first, &
+                              blocks%direct_outer, blocks%direct_pair, blocks%direct_node, blocks%direct, a, b, local, &
+                              motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, motion%fx, motion%fy, &
+                              loads%px, loads%py, rows%inverse_mass, loads%free_x, loads%free_y, self%paced, self%counted, &
+                              self%keep, contact%impulse, self%partial)
+         if (contact%n_pairs == 0) return
+         call self%contact_watch%start()
+         call contact_step(blocks%n, blocks%direct_outer, blocks%direct_first(2:), blocks%direct_pair, blocks%direct_node, &
+                           blocks%direct, blocks%swept_first, blocks%swept, contact%group_pair, contact%group_node, &
+                           contact%node, contact%pair_node, contact%normal, contact%weight, contact%gain, contact%friction, &
+                           contact%cohesive_force, contact%slip_reference, contact%gap_reference, contact%cohesive%bonded, &
+                           contact%cohesive%rigid, contact%cohesive%cap, contact%cohesive%critical, contact%cohesive%damage, &
+                           contact%mobility, contact%counted, contact%group_column, contact%coupling, &
+                           min(contact_tolerance, contact_fraction*tolerance), warm, b, loads%free_x, loads%free_y, loads%px, &
+                           loads%py, motion%fx, motion%fy, motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, &
+                           contact%impulse, contact%cohesive%impulse, contact%cohesive%separation, contact%force, &
+                           contact%jump, contact%kick, contact%partial)
+      end associate
       if (self%now%at_rest) call contact%cohesive%release(contact%n_pairs)
       call self%contact_watch%stop()
    end subroutine step
@@ -326,7 +330,7 @@ contains
          sums = sums + self%partial(:, b)
       end do
       if (contact%n_pairs == 0) return
-      do b = 1, contact%n_blocks
+      do b = 1, contact%blocks%n
          sums(sum_residual) = sums(sum_residual) + contact%partial(1, b)
          sums(sum_reaction) = sums(sum_reaction) + contact%partial(2, b)
       end do
@@ -362,12 +366,11 @@ contains
       end associate
    end subroutine next_damping
 
-   !> What the kernel must know of each node: supports, contact, loose pieces.
-   subroutine prepare_masks(self, mesh, rows, contact, loads, pieces)
+   !> What the kernel must know of each node: supports, loose pieces.
+   subroutine prepare_masks(self, mesh, rows, loads, pieces)
       class(relaxation_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(rows_t), intent(in) :: rows
-      type(contact_t), intent(in) :: contact
       type(loads_t), intent(in) :: loads
       type(pieces_t), intent(in) :: pieces
       integer :: n, b, p
@@ -376,12 +379,9 @@ contains
       call make_room(self%counted, merge(0, mesh%n_nodes, all_hang))
       call make_room(self%paced, merge(0, mesh%n_nodes, all_hang))
       call make_room(self%keep, merge(0, mesh%n_nodes, all_hang))
-      call make_room(self%measured, merge(0, mesh%n_nodes, all_hang .and. contact%n_nodes == 0))
       call grow(self%partial, rows%n_blocks, n_sums)
       call grow(self%special, rows%n_blocks)
-      call grow(self%touching, rows%n_blocks)
       self%special = self%settings%damping == damping_local
-      self%touching = .false.
       do n = 1, mesh%n_nodes
          b = (n - 1)/block_size + 1
          if (loads%is_held(1, n) .or. loads%is_held(2, n)) self%special(b) = .true.
@@ -391,14 +391,9 @@ contains
          drifts = (alone .and. .not. self%debris%clamped(p)) .or. (pieces%slides(p) .and. .not. pieces%loaded(p))
          alone = alone .and. .not. self%debris%counts(p)
          self%counted(n) = merge(0.0_wp, 1.0_wp, alone)
-         self%measured(n) = self%counted(n)
          self%paced(n) = merge(0.0_wp, 1.0_wp, drifts)
          self%keep(n) = merge(loose_keep, 1.0_wp, drifts .and. .not. self%debris%counts(p))
          if (alone .or. drifts) self%special(b) = .true.
-      end do
-      do n = 1, contact%n_nodes
-         self%measured(contact%node(n)) = 0
-         self%touching((contact%node(n) - 1)/block_size + 1) = .true.
       end do
    end subroutine prepare_masks
 
@@ -516,8 +511,8 @@ contains
       end do
    end subroutine reaction
 
-   !> To or from a checkpoint. (Derived: settings follow from the deck; the masks counted, paced, measured, keep, special,
-   !> touching, partial are made anew; element_updates, seconds, contact_watch are figures of one process.)
+   !> To or from a checkpoint. (Derived: settings follow from the deck; the masks counted, paced, keep, special,
+   !> partial are made anew; element_updates, seconds, contact_watch are figures of one process.)
    subroutine exchange(self, archive)
       class(relaxation_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

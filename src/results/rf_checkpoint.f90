@@ -22,7 +22,7 @@ module rf_checkpoint
    public :: checkpoint_path, previous_path, remove_unfinished
 
    !> the layout of the file; to be raised whenever an older program could not read it, or could misread it
-   integer, parameter, public :: checkpoint_format = 4
+   integer, parameter, public :: checkpoint_format = 5
    !> what the file calls itself
    character(len=*), parameter :: what_it_is = 'rfem checkpoint'
    !> the last line of the file: this, the checksum of what stands before the line, and an end of line

@@ -291,7 +291,7 @@ equilibria that a run may come back to.""",
 Wall time; the reading is that of the log's line `model:`.""",
     "Whole runs": """\
 The paper's decks as they are, at TOLERANCE = EVENT TOLERANCE = 1e-6. The columns on the right are the log's
-line `time:` in seconds; contact is part of the relaxation.""",
+line `time:` in seconds; contact of connected pairs is part of the relaxation, that of the others part of its step.""",
     "Equilibrium from rest": """\
 The beam above, from nothing to equilibrium. A relaxation needs iterations in proportion to the beam's length in
 elements, so its time grows as N^1.5; a direct solver's grows less. Relaxation pays where a run is a long

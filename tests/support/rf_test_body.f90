@@ -6,6 +6,7 @@ module rf_test_body
    use rf_mesh, only: mesh_t
    use rf_ordering, only: ordering_hilbert
    use rf_mesh_assembly, only: raw_mesh_t, assemble
+   use rf_renumber, only: renumbering_t, plan_order, renumber_mesh
    use rf_topology, only: changes_t, build_topology, crack_edge, bisect_edge, refan_node, next_corner
    use rf_cst, only: elasticity, gradients, stiffness_block, strain, stress
    use rf_material, only: material_t, section_t
@@ -40,7 +41,8 @@ module rf_test_body
       type(load_definition_t), allocatable :: definitions(:)
       real(wp) :: tolerance = 1.0e-8_wp
    contains
-      procedure :: box, build, cut, bisect, follow, mark, define, hold, push, press, weigh_down, begin_step, apply, relax
+      procedure :: box, build, cut, bisect, number_anew, follow, mark, define, hold, push, press, weigh_down
+      procedure :: begin_step, apply, relax
       procedure :: node_at, displacement, total_reaction, largest_stress, stress_of, direct_solution, stiffness_matrix
    end type body_t
 
@@ -164,6 +166,21 @@ contains
       call bisect_edge(self%mesh, element, edge, self%changes, midpoint)
       call self%follow()
    end subroutine bisect
+
+   !> New numbers for nodes and elements, copies beside what they are copies of.
+   subroutine number_anew(self)
+      class(body_t), intent(inout) :: self
+      type(renumbering_t) :: map
+      call plan_order(self%mesh, map)
+      call renumber_mesh(self%mesh, map)
+      call self%material%renumber(map)
+      call self%motion%renumber(map)
+      call self%loads%renumber(map)
+      call self%contact%renumber(map)
+      call self%rows%build(self%mesh, self%material)
+      call self%contact%rebuild(self%mesh, self%material, self%motion)
+      call self%pieces%find(self%mesh)
+   end subroutine number_anew
 
    !> Everything attached to the mesh follows its changes.
    subroutine follow(self)
