@@ -5,35 +5,30 @@
 !> number of threads.
 module rf_contact_k
    use rf_kinds, only: wp, i1
-   use rf_step_k, only: blocks_for_threads, lanes
+   use rf_step_k, only: blocks_for_threads
+   use rf_contact_blocks, only: contact_blocks_t
    use rf_cohesive_k, only: cohesive_pair_t, solve_pair
    use rf_direct_pair_k, only: solve_direct
+   use rf_bundle_k, only: sweep_bundle, max_sweeps
    implicit none
    private
-   public :: contact_step, max_sweeps, most_coupled
+   public :: contact_step
 
-   !> sweeps after which a group is left as it is until the next step
-   integer, parameter :: max_sweeps = 30
    !> groups below which a second thread costs more than it brings: to wake and await it takes the time of some hundred pairs
    integer, parameter :: groups_for_threads = 256
-   !> vectors that hold gaps and slips of a group; pairs in it for which they suffice
-   integer, parameter :: most_vectors = 8, most_coupled = most_vectors*lanes/2
 
 contains
 
    !> Impulses that keep all pairs from interpenetrating and within Coulomb friction (theory: eqs. 17 to 22), applied
    !> to velocities and new displacements; residuals of the contact nodes with the contact forces in.
-   subroutine contact_step(n_blocks, direct_from, direct_to, direct_pair, direct_node, direct, swept_first, swept, group_pair, &
-                           group_node, node, pair_node, normal, weight, gain, friction, cohesion, slip_reference, gap_reference, &
-                           bonded, rigid, cap, critical, damage, mobility, counted, group_column, coupling, tolerance, warm, b, &
-                           free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, cohesive, separation, force, jump, &
-                           kick, partial)
-      integer, intent(in) :: n_blocks
-      !> direct pairs of each block that are left to do, from the one to before the other, (blocks); see solve_direct
-      integer, intent(in), contiguous :: direct_from(:), direct_to(:), direct_pair(:), direct_node(:, :)
-      real(wp), intent(in), contiguous :: direct(:, :)
-      !> groups that are swept, block by block: the first of each block, (blocks + 1); their numbers
-      integer, intent(in), contiguous :: swept_first(:), swept(:)
+   subroutine contact_step(blocks, direct_done, group_pair, group_node, node, pair_node, normal, weight, gain, friction, &
+                           cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, counted, &
+                           tolerance, warm, b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, cohesive, &
+                           separation, force, jump, kick, partial)
+      !> what each block of nodes has to do
+      type(contact_blocks_t), intent(in) :: blocks
+      !> the step kernel has solved the direct pairs within each block
+      logical, intent(in) :: direct_done
       !> first pair and first contact node of each group, (groups + 1)
       integer, intent(in), contiguous :: group_pair(:), group_node(:)
       !> node of each contact node; contact nodes a and b of each pair, (2, pairs)
@@ -56,11 +51,6 @@ contains
       !> parts of a contact node's residual that count as such and as reaction: 1 and 0, at held nodes 0 and 1, on loose
       !> pieces 0 and 0, (2, contact nodes)
       real(wp), intent(in), contiguous :: counted(:, :)
-      !> first column of each group in `coupling`, 0: the group has none, (groups)
-      integer, intent(in), contiguous :: group_column(:)
-      !> what a unit impulse changes of gap and slip of each pair of its group: a column for each of the two impulses of each
-      !> pair, filled up to whole vectors with zeros, (lanes, vectors) [length/impulse]
-      real(wp), intent(in), contiguous :: coupling(:, :)
       !> largest change of an impulse in the last sweep, relative to the group's largest impulse
       real(wp), intent(in) :: tolerance
       !> part of the last step's impulses from which connected pairs start (others from none)
@@ -80,137 +70,73 @@ contains
       real(wp), intent(inout), contiguous :: force(:, :), jump(:, :), kick(:, :)
       !> |r|^2 of the contact nodes over free and over supported directions, of each block, (2, blocks)
       real(wp), intent(inout), contiguous :: partial(:, :)
-      integer :: k, to_do
+      integer :: k, from, to_do
 
-      to_do = swept_first(n_blocks + 1) - 1 + sum(direct_to(:n_blocks) - direct_from(:n_blocks))
-      !$omp parallel do default(none) schedule(static) if (n_blocks >= blocks_for_threads .and. to_do > groups_for_threads) &
-      !$omp    shared(n_blocks, direct_from, direct_to, direct_pair, direct_node, direct, swept_first, swept, group_pair, &
-      !$omp           group_node, node, pair_node, normal, weight, gain, friction, cohesion, slip_reference, gap_reference, &
-      !$omp           bonded, rigid, cap, critical, damage, mobility, counted, group_column, coupling, tolerance, warm, b, &
-      !$omp           free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, cohesive, separation, force, jump, kick, &
-      !$omp           partial) private(k)
-      do k = 1, n_blocks
+      to_do = size(blocks%swept) + sum(blocks%direct_first(2:) - blocks%direct_outer)
+      if (.not. direct_done) to_do = to_do + blocks%direct_first(blocks%n + 1) - 1
+      !$omp parallel do default(none) schedule(static) if (blocks%n >= blocks_for_threads .and. to_do > groups_for_threads) &
+      !$omp    shared(blocks, direct_done, group_pair, group_node, node, pair_node, normal, weight, gain, friction, cohesion, &
+      !$omp           slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, counted, tolerance, warm, &
+      !$omp           b, free_x, free_y, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, cohesive, separation, force, jump, &
+      !$omp           kick, partial) private(k, from)
+      do k = 1, blocks%n
          partial(:, k) = 0
-         call solve_direct(direct_from(k), direct_to(k) - 1, direct_pair, direct_node, direct, b, size(px) > 0, px, py, fx, fy, &
-                           ux, uy, wx, wy, vx, vy, impulse, partial(:, k))
-         call solve_groups(swept_first(k), swept_first(k + 1) - 1, swept, group_pair, group_node, node, pair_node, normal, &
-                           weight, gain, friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, &
-                           damage, mobility, counted, group_column, coupling, tolerance, warm, b, free_x, free_y, &
-                           size(px) > 0, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, cohesive, separation, force, jump, &
-                           kick, partial(:, k))
+         from = merge(blocks%direct_outer(k), blocks%direct_first(k), direct_done)
+         call solve_direct(from, blocks%direct_first(k + 1) - 1, blocks%direct_pair, blocks%direct_node, blocks%direct, b, &
+                           size(px) > 0, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, partial(:, k))
+         call sweep_bundles(blocks, k, tolerance, warm, b, ux, uy, vx, vy, impulse)
+         call sweep_singles(blocks%single_first(k), blocks%single_first(k + 1) - 1, blocks%single, group_pair, group_node, node, &
+                            pair_node, normal, weight, gain, friction, cohesion, slip_reference, gap_reference, bonded, rigid, &
+                            cap, critical, damage, mobility, tolerance, warm, b, ux, uy, vx, vy, impulse, cohesive, &
+                            separation, jump, kick)
+         call move_groups(blocks%swept_first(k), blocks%swept_first(k + 1) - 1, blocks%swept, group_pair, group_node, node, &
+                          pair_node, normal, mobility, counted, b, free_x, free_y, size(px) > 0, px, py, fx, fy, ux, uy, wx, &
+                          wy, vx, vy, impulse, force, partial(:, k))
       end do
       !$omp end parallel do
    end subroutine contact_step
 
+   !> Groups of pairs side by side.
+   subroutine sweep_bundles(blocks, k, tolerance, warm, b, ux, uy, vx, vy, impulse)
+      !> block k of them
+      type(contact_blocks_t), intent(in) :: blocks
+      integer, intent(in) :: k
+      !> see contact_step
+      real(wp), intent(in) :: tolerance, warm, b, ux(*), uy(*), vx(*), vy(*)
+      real(wp), intent(inout) :: impulse(2, *)
+      integer :: i, slot, entry
+      do i = blocks%bundle_first(k), blocks%bundle_first(k + 1) - 1
+         slot = blocks%bundle_slot(i)
+         entry = blocks%bundle_entry(i)
+         call sweep_bundle(blocks%bundle_pairs(i), blocks%bundle_groups(i), blocks%slot_pair(1, slot), &
+                           blocks%slot_node(1, slot), blocks%slot(1, slot), blocks%along(1, entry), &
+                           blocks%across(1, entry), tolerance, warm, b, ux, uy, vx, vy, impulse)
+      end do
+   end subroutine sweep_bundles
+
    !> Groups of pairs one by one.
-   subroutine solve_groups(first, last, swept, group_pair, group_node, node, pair_node, normal, weight, gain, friction, &
-                           cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, counted, &
-                           group_column, coupling, tolerance, warm, b, free_x, free_y, loaded, px, py, fx, fy, ux, uy, wx, wy, &
-                           vx, vy, impulse, cohesive, separation, force, jump, kick, sums)
+   subroutine sweep_singles(first, last, single, group_pair, group_node, node, pair_node, normal, weight, gain, friction, &
+                            cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, tolerance, &
+                            warm, b, ux, uy, vx, vy, impulse, cohesive, separation, jump, kick)
       !> the first and the last of them in the list of groups
-      integer, intent(in) :: first, last, swept(*)
+      integer, intent(in) :: first, last, single(*)
       !> see contact_step; without descriptors
-      integer, intent(in) :: group_pair(*), group_node(*), node(*), pair_node(2, *), group_column(*)
+      integer, intent(in) :: group_pair(*), group_node(*), node(*), pair_node(2, *)
       real(wp), intent(in) :: normal(2, *), weight(2, *), gain(2, *), friction(*), cohesion(*), slip_reference(*)
-      real(wp), intent(in) :: gap_reference(*), cap(2, *), critical(2, *), damage(*), mobility(2, *), counted(2, *)
-      real(wp), intent(in) :: coupling(lanes, *)
-      logical, intent(in) :: bonded(*), rigid(*), loaded
-      integer(i1), intent(in) :: free_x(*), free_y(*)
-      real(wp), intent(in) :: tolerance, warm, b, px(*), py(*), fx(*), fy(*), ux(*), uy(*)
-      real(wp), intent(inout) :: wx(*), wy(*), vx(*), vy(*), impulse(2, *), cohesive(2, *), separation(*)
-      real(wp), intent(inout) :: force(2, *), jump(2, *), kick(2, *), sums(2)
+      real(wp), intent(in) :: gap_reference(*), cap(2, *), critical(2, *), damage(*), mobility(2, *)
+      logical, intent(in) :: bonded(*), rigid(*)
+      real(wp), intent(in) :: tolerance, warm, b, ux(*), uy(*), vx(*), vy(*)
+      real(wp), intent(inout) :: impulse(2, *), cohesive(2, *), separation(*), jump(2, *), kick(2, *)
       real(wp) :: from
       integer :: i, g
       do i = first, last
-         g = swept(i)
+         g = single(i)
          from = merge(warm, 0.0_wp, group_pair(g + 1) - group_pair(g) > 1)
-         if (group_column(g) > 0) then
-            call sweep_coupled(group_pair(g + 1) - group_pair(g), group_pair(g), node, pair_node, normal, gain, friction, &
-                               cohesion, slip_reference, gap_reference, coupling(1, group_column(g)), tolerance, from, b, &
-                               ux, uy, vx, vy, impulse)
-         else
-            call sweep_group(group_pair(g), group_pair(g + 1) - 1, group_node(g), group_node(g + 1) - 1, node, pair_node, normal, &
-                             weight, gain, friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, &
-                             damage, mobility, tolerance, from, b, ux, uy, vx, vy, impulse, cohesive, separation, jump, kick)
-         end if
-         call move_nodes(group_pair(g), group_pair(g + 1) - 1, group_node(g), group_node(g + 1) - 1, node, pair_node, normal, &
-                         mobility, counted, b, free_x, free_y, loaded, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, &
-                         force, sums)
+         call sweep_group(group_pair(g), group_pair(g + 1) - 1, group_node(g), group_node(g + 1) - 1, node, pair_node, normal, &
+                          weight, gain, friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, &
+                          damage, mobility, tolerance, from, b, ux, uy, vx, vy, impulse, cohesive, separation, jump, kick)
       end do
-   end subroutine solve_groups
-
-   !> Sweep a group whose nodes are free or held in both directions and of which nothing softens: gaps and slips of all its
-   !> pairs at once follow each change of an impulse.
-   subroutine sweep_coupled(n, first, node, pair_node, normal, gain, friction, cohesion, slip_reference, gap_reference, &
-                            coupling, tolerance, warm, b, ux, uy, vx, vy, impulse)
-      !> pairs of the group, the first of them
-      integer, intent(in) :: n, first
-      !> see contact_step; without descriptors
-      integer, intent(in) :: node(*), pair_node(2, *)
-      real(wp), intent(in) :: normal(2, *), gain(2, *), friction(*), cohesion(*), slip_reference(*), gap_reference(*)
-      real(wp), intent(in) :: coupling(lanes*((2*n - 1)/lanes + 1), 2, *), tolerance, warm, b, ux(*), uy(*), vx(*), vy(*)
-      real(wp), intent(inout) :: impulse(2, *)
-      !> gap and slip of each pair at the end of the step
-      real(wp) :: jump(lanes*most_vectors)
-      real(wp) :: change, largest, pressing, sliding, bound, normal_change, tangent_change, x, y
-      integer :: sweep, k, last, p, i, j, rows
-      rows = lanes*((2*n - 1)/lanes + 1)
-      jump(rows - lanes + 1:rows) = 0
-      do k = 1, n
-         p = first + k - 1
-         i = node(pair_node(1, p))
-         j = node(pair_node(2, p))
-         x = ux(j) - ux(i) + (vx(j) - vx(i))
-         y = uy(j) - uy(i) + (vy(j) - vy(i))
-         jump(2*k - 1) = normal(1, p)*x + normal(2, p)*y - gap_reference(p)
-         jump(2*k) = normal(1, p)*y - normal(2, p)*x - slip_reference(p)
-      end do
-      do k = 1, n
-         p = first + k - 1
-         impulse(:, p) = warm*impulse(:, p)
-         call add(k, impulse(1, p), impulse(2, p))
-      end do
-      last = n
-      normal_change = 0
-      tangent_change = 0
-      do sweep = 1, max_sweeps
-         change = 0
-         largest = 0
-         do k = 1, n
-            p = first + k - 1
-            ! this pair sees the last change at once, by a way shorter than through all gaps and slips
-            x = jump(2*k - 1) + coupling(2*k - 1, 1, last)*normal_change + coupling(2*k - 1, 2, last)*tangent_change
-            y = jump(2*k) + coupling(2*k, 1, last)*normal_change + coupling(2*k, 2, last)*tangent_change
-            call add(last, normal_change, tangent_change)
-            pressing = max(0.0_wp, impulse(1, p) - x*gain(1, p))
-            bound = friction(p)*pressing + b*cohesion(p)*(0.5_wp + sign(0.5_wp, pressing - tiny(bound)))
-            sliding = min(bound, max(-bound, impulse(2, p) - y*gain(2, p)))
-            normal_change = pressing - impulse(1, p)
-            tangent_change = sliding - impulse(2, p)
-            last = k
-            impulse(1, p) = pressing
-            impulse(2, p) = sliding
-            change = max(change, max(abs(normal_change), abs(tangent_change)))
-            largest = max(largest, pressing)
-         end do
-         if (change <= tolerance*largest) exit
-      end do
-
-   contains
-
-      !> Impulses of a pair change gaps and slips.
-      subroutine add(pair, normal_part, tangent_part)
-         integer, intent(in) :: pair
-         real(wp), intent(in) :: normal_part, tangent_part
-         integer :: v, l
-         do v = 0, rows - 1, lanes
-            do l = 1, lanes
-               jump(v + l) = (jump(v + l) + coupling(v + l, 1, pair)*normal_part) + coupling(v + l, 2, pair)*tangent_part
-            end do
-         end do
-      end subroutine add
-
-   end subroutine sweep_coupled
+   end subroutine sweep_singles
 
    !> Sweep one group of pairs until its impulses stand. It works on what the impulses change of the velocities (kick).
    subroutine sweep_group(first, last, first_node, last_node, node, pair_node, normal, weight, gain, friction, cohesion, &
@@ -317,7 +243,27 @@ contains
 
    end subroutine sweep_group
 
-   !> Velocities and new displacements of a group's nodes, and their residuals with the contact forces in.
+   !> Velocities and new displacements of the nodes of groups, and their residuals with the contact forces in.
+   subroutine move_groups(first, last, swept, group_pair, group_node, node, pair_node, normal, mobility, counted, b, free_x, &
+                          free_y, loaded, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, force, sums)
+      !> the first and the last of them in the list of groups
+      integer, intent(in) :: first, last, swept(*)
+      !> see contact_step; without descriptors
+      integer, intent(in) :: group_pair(*), group_node(*), node(*), pair_node(2, *)
+      integer(i1), intent(in) :: free_x(*), free_y(*)
+      logical, intent(in) :: loaded
+      real(wp), intent(in) :: normal(2, *), mobility(2, *), counted(2, *), b, px(*), py(*), fx(*), fy(*)
+      real(wp), intent(in) :: ux(*), uy(*), impulse(2, *)
+      real(wp), intent(inout) :: wx(*), wy(*), vx(*), vy(*), force(2, *), sums(2)
+      integer :: i, g
+      do i = first, last
+         g = swept(i)
+         call move_nodes(group_pair(g), group_pair(g + 1) - 1, group_node(g), group_node(g + 1) - 1, node, pair_node, normal, &
+                         mobility, counted, b, free_x, free_y, loaded, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, &
+                         force, sums)
+      end do
+   end subroutine move_groups
+
    subroutine move_nodes(first, last, first_node, last_node, node, pair_node, normal, mobility, counted, b, free_x, free_y, &
                          loaded, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, force, sums)
       integer, intent(in) :: first, last, first_node, last_node, node(*), pair_node(2, *)

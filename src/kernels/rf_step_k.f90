@@ -7,6 +7,7 @@
 !> show.
 module rf_step_k
    use rf_kinds, only: wp, i1
+   use rf_contact_blocks, only: contact_blocks_t
    use rf_direct_pair_k, only: solve_direct
    implicit none
    private
@@ -167,9 +168,8 @@ contains
    !> impulses of those pairs that feel nothing but their own nodes, which the block has just moved.
    !> Blocks flagged as special hold supports or loose pieces, or damp locally; the others run the plain update.
    subroutine relaxation_step(n_nodes, n_blocks, first, count, special, slice, order, column, kxx, kxy, kyx, kyy, &
-                              skew_start, skew_count, skew_edge, skew, touching_first, touching, direct_from, direct_to, &
-                              direct_pair, direct_node, direct, a, b, local, ux, uy, wx, wy, vx, vy, fx, fy, px, py, &
-                              inverse_mass, free_x, free_y, paced, counted, keep, impulse, partial)
+                              skew_start, skew_count, skew_edge, skew, a, b, local, ux, uy, wx, wy, vx, vy, fx, fy, px, py, &
+                              inverse_mass, free_x, free_y, paced, counted, keep, blocks, with_contact, impulse, partial)
       integer, intent(in) :: n_nodes, n_blocks
       !> first node and number of nodes of each block
       integer, intent(in) :: first(:), count(:)
@@ -180,11 +180,6 @@ contains
       real(wp), intent(in), contiguous :: kxx(:, :), kxy(:, :), kyx(:, :), kyy(:, :)
       integer, intent(in), contiguous :: skew_start(:), skew_count(:), skew_edge(:, :)
       real(wp), intent(in), contiguous :: skew(:)
-      !> contact nodes, whose residuals are known after contact only: the first of each block, (blocks + 1); nodes
-      integer, intent(in), contiguous :: touching_first(:), touching(:)
-      !> direct pairs within each block, from the one to before the other, (blocks); see solve_direct
-      integer, intent(in), contiguous :: direct_from(:), direct_to(:), direct_pair(:), direct_node(:, :)
-      real(wp), intent(in), contiguous :: direct(:, :)
       !> factors of velocity and of residual in the update [-], local damping [-]
       real(wp), intent(in) :: a, b, local
       !> displacements now and after the step [length]
@@ -208,6 +203,10 @@ contains
       !> factor of the old velocity: 1, less on pieces free to move as a whole (the residual stays whole, else contact
       !> forces would balance a part of it only)
       real(wp), intent(in), contiguous :: keep(:)
+      !> contact of each block. Residuals of contact nodes are known after contact only
+      type(contact_blocks_t), intent(in) :: blocks
+      !> solve the direct pairs within each block; else they wait for contact_step with all others
+      logical, intent(in) :: with_contact
       !> normal and tangential impulse of each pair, (2, pairs)
       real(wp), intent(inout), contiguous :: impulse(:, :)
       !> sums of each block, (n_sums, block)
@@ -217,9 +216,9 @@ contains
 
       !$omp parallel do default(none) schedule(static) if (n_blocks >= blocks_for_threads) &
       !$omp    shared(n_blocks, first, count, special, slice, order, column, kxx, kxy, kyx, kyy, skew_start, skew_count, &
-      !$omp           skew_edge, skew, touching_first, touching, direct_from, direct_to, direct_pair, direct_node, direct, ux, &
-      !$omp           uy, wx, wy, vx, vy, fx, fy, px, py, inverse_mass, free_x, free_y, paced, counted, keep, impulse, partial, &
-      !$omp           a, b, local) private(j, base, n, gx, gy, own_paced, measured, own_keep, of_pairs)
+      !$omp           skew_edge, skew, blocks, with_contact, ux, uy, wx, wy, vx, vy, fx, fy, px, py, inverse_mass, free_x, &
+      !$omp           free_y, paced, counted, keep, impulse, partial, a, b, local) &
+      !$omp    private(j, base, n, gx, gy, own_paced, measured, own_keep, of_pairs)
       do j = 1, n_blocks
          base = first(j)
          n = count(j)
@@ -229,7 +228,7 @@ contains
             call part_of(paced, base, n, own_paced)
             call part_of(counted, base, n, measured)
             call part_of(keep, base, n, own_keep)
-            call leave_out(touching_first(j), touching_first(j + 1) - 1, touching, base, measured)
+            call leave_out(blocks%touching_first(j), blocks%touching_first(j + 1) - 1, blocks%touching, base, measured)
             if (size(px) > 0) then
                call general_update(n, a, b, local, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
                                    fx(base), fy(base), px(base:), py(base:), inverse_mass(base), free_x(base), free_y(base), &
@@ -241,7 +240,7 @@ contains
             end if
          else
             measured(:n) = 1
-            call leave_out(touching_first(j), touching_first(j + 1) - 1, touching, base, measured)
+            call leave_out(blocks%touching_first(j), blocks%touching_first(j + 1) - 1, blocks%touching, base, measured)
             if (size(px) > 0) then
                call plain_update(n, a, b, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
                                  fx(base), fy(base), px(base:), py(base:), inverse_mass(base), measured, partial(:, j))
@@ -250,10 +249,10 @@ contains
                                  fx(base), fy(base), no_force, no_force, inverse_mass(base), measured, partial(:, j))
             end if
          end if
-         if (direct_from(j) == direct_to(j)) cycle
+         if (.not. with_contact) cycle
          of_pairs = 0
-         call solve_direct(direct_from(j), direct_to(j) - 1, direct_pair, direct_node, direct, b, size(px) > 0, px, py, fx, fy, &
-                           ux, uy, wx, wy, vx, vy, impulse, of_pairs)
+         call solve_direct(blocks%direct_first(j), blocks%direct_outer(j) - 1, blocks%direct_pair, blocks%direct_node, &
+                           blocks%direct, b, size(px) > 0, px, py, fx, fy, ux, uy, wx, wy, vx, vy, impulse, of_pairs)
          partial(sum_residual, j) = partial(sum_residual, j) + of_pairs(1)
          partial(sum_reaction, j) = partial(sum_reaction, j) + of_pairs(2)
       end do

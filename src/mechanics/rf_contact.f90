@@ -12,6 +12,7 @@ module rf_contact
    use rf_material, only: material_t
    use rf_motion, only: motion_t
    use rf_cohesive, only: cohesive_t
+   use rf_contact_blocks, only: contact_blocks_t
    implicit none
    private
    public :: contact_t, pair_open, pair_slip, pair_stick
@@ -22,21 +23,6 @@ module rf_contact
    integer, parameter :: segment_tension = 1
    !> friction force, relative to its limit, from which a pair counts as slipping
    real(wp), parameter :: slip_threshold = 1.0_wp - 1.0e-9_wp
-
-   !> Pairs and contact nodes of the blocks of nodes, as the kernels walk through them.
-   type :: contact_blocks_t
-      integer :: n = 0
-      !> pairs that are solved at once (rf_direct_pair_k), block by block: the first of each, (blocks + 1); the first of those
-      !> whose nodes lie in two blocks, behind the others of the block of their lower node, (blocks)
-      integer, allocatable :: direct_first(:), direct_outer(:)
-      !> number among all pairs of each; its nodes, (2, direct pairs); what it is, (n_direct, direct pairs)
-      integer, allocatable :: direct_pair(:), direct_node(:, :)
-      real(wp), allocatable :: direct(:, :)
-      !> groups that are swept, in the block of their lowest node: the first of each block, (blocks + 1); their numbers
-      integer, allocatable :: swept_first(:), swept(:)
-      !> contact nodes block by block: the first of each, (blocks + 1); nodes
-      integer, allocatable :: touching_first(:), touching(:)
-   end type contact_blocks_t
 
    type :: contact_t
       !> the first n_lone pairs share no node with another; each is a group. They stand in the order of their nodes
@@ -73,9 +59,6 @@ module rf_contact
       real(wp), allocatable :: mobility(:, :), counted(:, :)
       !> first pair and first contact node of each group, (groups + 1)
       integer, allocatable :: group_pair(:), group_node(:)
-      !> how the impulses of a group act on all its pairs, and its first column there (0: swept without), see contact_step
-      integer, allocatable :: group_column(:)
-      real(wp), allocatable :: coupling(:, :)
       !> what the kernels walk through
       type(contact_blocks_t) :: blocks
       !> sums of each block, (2, blocks)

@@ -1,8 +1,8 @@
 !> What the kernels must know of the pairs beside: which of them each block of nodes solves at once, which groups it sweeps,
 !> and how the impulses of a group act on each other.
 submodule(rf_contact) rf_contact_arrange
-   use rf_step_k, only: block_size, lanes
-   use rf_contact_k, only: most_coupled
+   use rf_step_k, only: block_size
+   use rf_bundle_k, only: most_bundled, lanes, n_slot, slot_normal, slot_gain, slot_friction, slot_cohesion, slot_slip, slot_gap
    use rf_direct_pair_k, only: n_direct, direct_normal, direct_gain, direct_friction, direct_cohesion, direct_slip, direct_gap, &
       direct_mobility, direct_residual, direct_reaction
    implicit none
@@ -35,7 +35,7 @@ contains
       call list_direct(self, is_direct(:self%n_lone))
       call list_swept(self, is_direct)
       call list_touching(self)
-      call couple(self)
+      call list_bundles(self)
    end subroutine arrange
 
    subroutine make_sums(sums, n_blocks)
@@ -178,67 +178,155 @@ contains
       end do
    end function starts
 
-   !> What unit impulses change of the gaps and slips of the pairs of their group, for connected groups without softening
-   !> pairs whose nodes are equally free in both directions.
-   subroutine couple(self)
-      type(contact_t), intent(inout) :: self
-      integer :: g, columns, vectors, n, p, q, first
-      if (allocated(self%group_column)) deallocate (self%group_column)
-      allocate (self%group_column(self%n_groups), source=0)
-      columns = 0
-      do g = self%n_lone + 1, self%n_groups
-         n = self%group_pair(g + 1) - self%group_pair(g)
-         if (n > most_coupled .or. any(self%cohesive%bonded(self%group_pair(g):self%group_pair(g + 1) - 1))) cycle
-         associate (mobility => self%mobility(:, self%group_node(g):self%group_node(g + 1) - 1))
-            if (any(abs(mobility(1, :) - mobility(2, :)) > 0)) cycle
-         end associate
-         vectors = (2*n - 1)/lanes + 1
-         self%group_column(g) = columns + 1
-         call grow(self%coupling, columns + 2*n*vectors, lanes)
-         self%coupling(:, columns + 1:columns + 2*n*vectors) = 0
-         first = self%group_pair(g)
-         do q = 0, n - 1
-            do p = 0, n - 1
-               call add(2*p + 1, columns + 2*q*vectors, acted(first + p, first + q))
+   !> Which groups are swept one by one, and which side by side: those of a block that have equally many pairs.
+   subroutine list_bundles(self)
+      class(contact_t), intent(inout) :: self
+      logical, allocatable :: fits(:)
+      integer, allocatable :: group(:), home(:), order(:), home_of_bundle(:)
+      integer :: i, n, next
+      associate (blocks => self%blocks)
+         allocate (fits(size(blocks%swept)), home(size(blocks%swept)))
+         do n = 1, blocks%n
+            home(blocks%swept_first(n):blocks%swept_first(n + 1) - 1) = n
+         end do
+         do i = 1, size(blocks%swept)
+            fits(i) = fits_bundle(self, blocks%swept(i))
+         end do
+         blocks%single = pack(blocks%swept, .not. fits)
+         blocks%single_first = starts(pack(home, .not. fits), blocks%n)
+         group = pack(blocks%swept, fits)
+         home = pack(home, fits)
+         allocate (order, source=sorted_order([(place_of(self, home(i), group(i)), i=1, size(group))]))
+         allocate (home_of_bundle(size(group)))
+         n = 0
+         i = 1
+         do while (i <= size(group))
+            next = i + 1
+            do while (next <= min(size(group), i + lanes - 1))
+               if (home(order(next)) /= home(order(i))) exit
+               if (pairs_of(self, group(order(next))) /= pairs_of(self, group(order(i)))) exit
+               next = next + 1
+            end do
+            n = n + 1
+            home_of_bundle(n) = home(order(i))
+            call put_bundle(self, n, group(order(i:next - 1)))
+            i = next
+         end do
+         blocks%bundle_first = starts(home_of_bundle(:n), blocks%n)
+      end associate
+   end subroutine list_bundles
+
+   !> Where a group stands among those of its block, ascending: beside others with as many pairs, and as many that are pressed, as
+   !> these take many sweeps, and a bundle as many as the slowest of its groups.
+   pure integer(i8) function place_of(self, home, group) result(place)
+      class(contact_t), intent(in) :: self
+      !> block of the group
+      integer, intent(in) :: home, group
+      integer :: pressed
+      pressed = count(self%impulse(1, self%group_pair(group):self%group_pair(group + 1) - 1) > 0)
+      place = ((most_bundled + 1)*int(home, i8) + pairs_of(self, group))*(most_bundled + 1) + pressed
+   end function place_of
+
+   !> Pairs of a group.
+   pure integer function pairs_of(self, group)
+      class(contact_t), intent(in) :: self
+      integer, intent(in) :: group
+      pairs_of = self%group_pair(group + 1) - self%group_pair(group)
+   end function pairs_of
+
+   !> Whether a group may be swept beside others: nothing of it softens, and its nodes are free or held in both directions.
+   pure logical function fits_bundle(self, group) result(fits)
+      class(contact_t), intent(in) :: self
+      integer, intent(in) :: group
+      fits = group > self%n_lone .and. pairs_of(self, group) <= most_bundled
+      if (.not. fits) return
+      associate (mobility => self%mobility(:, self%group_node(group):self%group_node(group + 1) - 1))
+         fits = .not. any(abs(mobility(1, :) - mobility(2, :)) > 0)
+      end associate
+      fits = fits .and. .not. any(self%cohesive%bonded(self%group_pair(group):self%group_pair(group + 1) - 1))
+   end function fits_bundle
+
+   !> Write a bundle behind those before it.
+   subroutine put_bundle(self, bundle, group)
+      class(contact_t), intent(inout) :: self
+      !> its number; its groups, of equally many pairs, no more than there are lanes
+      integer, intent(in) :: bundle, group(:)
+      integer :: n, slot, entry, lane, k, r, p, first
+      n = pairs_of(self, group(1))
+      associate (blocks => self%blocks)
+         slot = 1
+         entry = 1
+         if (bundle > 1) then
+            slot = blocks%bundle_slot(bundle - 1) + blocks%bundle_pairs(bundle - 1)
+            entry = blocks%bundle_entry(bundle - 1) + blocks%bundle_pairs(bundle - 1)**2
+         end if
+         call make_bundle_room(blocks, bundle, slot + n - 1, entry + n*n - 1)
+         blocks%bundle_pairs(bundle) = n
+         blocks%bundle_groups(bundle) = size(group)
+         blocks%bundle_slot(bundle) = slot
+         blocks%bundle_entry(bundle) = entry
+         do lane = 1, lanes
+            first = self%group_pair(group(merge(lane, 1, lane <= size(group))))
+            do k = 1, n
+               p = first + k - 1
+               blocks%slot_pair(lane, slot + k - 1) = p
+               blocks%slot_node(2*lane - 1:2*lane, slot + k - 1) = self%pair(:, p)
+               call fill_slot(blocks%slot(:, slot + k - 1), lane, p)
+               do r = 1, n
+                  call couple(self, first + r - 1, p, blocks%along(lane, entry + (k - 1)*n + r - 1), &
+                              blocks%across(lane, entry + (k - 1)*n + r - 1))
+               end do
             end do
          end do
-         columns = columns + 2*n*vectors
-      end do
-      if (.not. allocated(self%coupling)) allocate (self%coupling(lanes, 0))
+      end associate
 
    contains
 
-      !> Entries of a pair (row: its gap) in the two columns of another.
-      subroutine add(row, column, entries)
-         integer, intent(in) :: row, column
-         real(wp), intent(in) :: entries(2, 2)
-         integer :: c, r, v
-         do c = 1, 2
-            do r = 1, 2
-               v = column + (c - 1)*vectors + (row + r - 2)/lanes + 1
-               self%coupling(mod(row + r - 2, lanes) + 1, v) = entries(r, c)
-            end do
-         end do
-      end subroutine add
+      !> What pair p is, in its lane of a slot.
+      subroutine fill_slot(values, lane, p)
+         real(wp), intent(inout) :: values(lanes, n_slot)
+         integer, intent(in) :: lane, p
+         values(lane, slot_normal:slot_normal + 1) = self%normal(:, p)
+         values(lane, slot_gain:slot_gain + 1) = self%gain(:, p)
+         values(lane, slot_friction) = self%friction(p)
+         values(lane, slot_cohesion) = self%cohesive_force(p)
+         values(lane, slot_slip) = self%slip_reference(p)
+         values(lane, slot_gap) = self%gap_reference(p)
+      end subroutine fill_slot
 
-      !> Gap and slip of pair p by unit impulses, normal and tangential, of pair q.
-      pure function acted(p, q)
-         integer, intent(in) :: p, q
-         real(wp) :: acted(2, 2), m
-         integer :: i, j
-         m = 0
-         do i = 1, 2
-            do j = 1, 2
-               if (self%pair_node(i, p) == self%pair_node(j, q)) &
-                  m = m + merge(1, -1, i == j)*self%mobility(1, self%pair_node(i, p))
-            end do
-         end do
-         acted(1, 1) = m*dot_product(self%normal(:, p), self%normal(:, q))
-         acted(2, 2) = acted(1, 1)
-         acted(2, 1) = m*(self%normal(1, p)*self%normal(2, q) - self%normal(2, p)*self%normal(1, q))
-         acted(1, 2) = -acted(2, 1)
-      end function acted
+   end subroutine put_bundle
 
+   subroutine make_bundle_room(blocks, bundles, slots, entries)
+      type(contact_blocks_t), intent(inout) :: blocks
+      integer, intent(in) :: bundles, slots, entries
+      call grow(blocks%bundle_pairs, bundles)
+      call grow(blocks%bundle_groups, bundles)
+      call grow(blocks%bundle_slot, bundles)
+      call grow(blocks%bundle_entry, bundles)
+      call grow(blocks%slot_pair, slots, lanes)
+      call grow(blocks%slot_node, slots, 2*lanes)
+      call grow(blocks%slot, slots, lanes*n_slot)
+      call grow(blocks%along, entries, lanes)
+      call grow(blocks%across, entries, lanes)
+   end subroutine make_bundle_room
+
+   !> What unit impulses of pair q change of gap and slip of pair p of its group: of the normal one the gap (along) and the
+   !> slip (across), of the tangential one the slip (along) and the gap (-across).
+   pure subroutine couple(self, p, q, along, across)
+      class(contact_t), intent(in) :: self
+      integer, intent(in) :: p, q
+      !> [length/impulse]
+      real(wp), intent(out) :: along, across
+      real(wp) :: m
+      integer :: i, j
+      m = 0
+      do i = 1, 2
+         do j = 1, 2
+            if (self%pair_node(i, p) == self%pair_node(j, q)) m = m + merge(1, -1, i == j)*self%mobility(1, self%pair_node(i, p))
+         end do
+      end do
+      along = m*dot_product(self%normal(:, p), self%normal(:, q))
+      across = m*(self%normal(1, p)*self%normal(2, q) - self%normal(2, p)*self%normal(1, q))
    end subroutine couple
 
 end submodule rf_contact_arrange

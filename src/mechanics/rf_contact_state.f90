@@ -36,8 +36,6 @@ contains
       call archive%exchange('counted', self%counted)
       call archive%exchange('group_pair', self%group_pair, used=self%n_groups + 1)
       call archive%exchange('group_node', self%group_node, used=self%n_groups + 1)
-      call archive%exchange('group_column', self%group_column)
-      call archive%exchange('coupling', self%coupling)
       call archive%enter('blocks')
       call exchange_blocks(self%blocks, archive)
       call archive%leave()
@@ -61,6 +59,18 @@ contains
       call archive%exchange('swept', blocks%swept)
       call archive%exchange('touching_first', blocks%touching_first)
       call archive%exchange('touching', blocks%touching)
+      call archive%exchange('single_first', blocks%single_first)
+      call archive%exchange('single', blocks%single)
+      call archive%exchange('bundle_first', blocks%bundle_first)
+      call archive%exchange('bundle_pairs', blocks%bundle_pairs)
+      call archive%exchange('bundle_groups', blocks%bundle_groups)
+      call archive%exchange('bundle_slot', blocks%bundle_slot)
+      call archive%exchange('bundle_entry', blocks%bundle_entry)
+      call archive%exchange('slot_pair', blocks%slot_pair)
+      call archive%exchange('slot_node', blocks%slot_node)
+      call archive%exchange('slot', blocks%slot)
+      call archive%exchange('along', blocks%along)
+      call archive%exchange('across', blocks%across)
    end subroutine exchange_blocks
 
 end submodule rf_contact_state

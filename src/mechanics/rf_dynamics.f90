@@ -304,15 +304,11 @@ contains
          self%target(k) = loads%support_at(self%moving(2, k), self%moving(1, k), 1.0_wp, next_time)
       end do
       if (self%forces_vary) call add_work(n, loads, motion, 0.5_wp*self%last_time_step/self%time_step, energy)
-      associate (blocks => contact%blocks)
-         call relaxation_step(n, rows%n_blocks, rows%first, rows%count, self%special, rows%slice, rows%order, rows%column, &
-                              rows%kxx, rows%kxy, rows%kyx, rows%kyy, rows%skew_start, rows%skew_count, rows%skew_edge, &
-                              rows%skew, blocks%touching_first, blocks%touching, blocks%direct_first, blocks%direct_first, &
-                              blocks%direct_pair, blocks%direct_node, blocks%direct, 1.0_wp, 1.0_wp, 0.0_wp, motion%ux, &
-                              motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, motion%fx, motion%fy, loads%px, &
-                              loads%py, self%inverse_mass, loads%free_x, loads%free_y, self%ones, self%ones, self%keep, &
-                              contact%impulse, self%partial)
-      end associate
+      call relaxation_step(n, rows%n_blocks, rows%first, rows%count, self%special, rows%slice, rows%order, rows%column, rows%kxx, &
+                           rows%kxy, rows%kyx, rows%kyy, rows%skew_start, rows%skew_count, rows%skew_edge, rows%skew, 1.0_wp, &
+                           1.0_wp, 0.0_wp, motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, motion%fx, &
+                           motion%fy, loads%px, loads%py, self%inverse_mass, loads%free_x, loads%free_y, self%ones, self%ones, &
+                           self%keep, contact%blocks, .false., contact%impulse, self%partial)
       call self%drive(motion)
       if (contact%n_pairs > 0) then      ! all pairs only now: contact needs to know how supports move
          call step_contact(contact, loads, motion)
@@ -331,17 +327,14 @@ contains
       type(contact_t), intent(inout) :: contact
       type(loads_t), intent(in) :: loads
       type(motion_t), intent(inout) :: motion
-      associate (blocks => contact%blocks)
-         call contact_step(blocks%n, blocks%direct_first, blocks%direct_first(2:), blocks%direct_pair, blocks%direct_node, &
-                           blocks%direct, blocks%swept_first, blocks%swept, contact%group_pair, contact%group_node, &
-                           contact%node, contact%pair_node, contact%normal, contact%weight, contact%gain, contact%friction, &
-                           contact%cohesive_force, contact%slip_reference, contact%gap_reference, contact%cohesive%bonded, &
-                           contact%cohesive%rigid, contact%cohesive%cap, contact%cohesive%critical, contact%cohesive%damage, &
-                           contact%mobility, contact%counted, contact%group_column, contact%coupling, contact_tolerance, &
-                           0.0_wp, 1.0_wp, loads%free_x, loads%free_y, loads%px, loads%py, motion%fx, motion%fy, motion%ux, &
-                           motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, contact%impulse, contact%cohesive%impulse, &
-                           contact%cohesive%separation, contact%force, contact%jump, contact%kick, contact%partial)
-      end associate
+      call contact_step(contact%blocks, .false., contact%group_pair, contact%group_node, contact%node, contact%pair_node, &
+                        contact%normal, contact%weight, contact%gain, contact%friction, contact%cohesive_force, &
+                        contact%slip_reference, contact%gap_reference, contact%cohesive%bonded, contact%cohesive%rigid, &
+                        contact%cohesive%cap, contact%cohesive%critical, contact%cohesive%damage, contact%mobility, &
+                        contact%counted, contact_tolerance, 0.0_wp, 1.0_wp, loads%free_x, loads%free_y, loads%px, loads%py, &
+                        motion%fx, motion%fy, motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, &
+                        contact%impulse, contact%cohesive%impulse, contact%cohesive%separation, contact%force, &
+                        contact%jump, contact%kick, contact%partial)
    end subroutine step_contact
 
    !> Supports that move: their velocity is what takes them to where they are at the next state.

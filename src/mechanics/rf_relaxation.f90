@@ -264,27 +264,21 @@ contains
       end if
       warm = merge(b/self%b, 0.0_wp, self%iterations > 0)      ! the same forces as in the step before
       self%b = b
-      associate (blocks => contact%blocks)
-         call relaxation_step(mesh%n_nodes, rows%n_blocks, rows%first, rows%count, self%special, rows%slice, rows%order, &
-                              rows%column, rows%kxx, rows%kxy, rows%kyx, rows%kyy, rows%skew_start, rows%skew_count, &
-                              rows%skew_edge, rows%skew, blocks%touching_first, blocks%touching, blocks%direct_first, &
-                              blocks%direct_outer, blocks%direct_pair, blocks%direct_node, blocks%direct, a, b, local, &
-                              motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, motion%fx, motion%fy, &
-                              loads%px, loads%py, rows%inverse_mass, loads%free_x, loads%free_y, self%paced, self%counted, &
-                              self%keep, contact%impulse, self%partial)
-         if (contact%n_pairs == 0) return
-         call self%contact_watch%start()
-         call contact_step(blocks%n, blocks%direct_outer, blocks%direct_first(2:), blocks%direct_pair, blocks%direct_node, &
-                           blocks%direct, blocks%swept_first, blocks%swept, contact%group_pair, contact%group_node, &
-                           contact%node, contact%pair_node, contact%normal, contact%weight, contact%gain, contact%friction, &
-                           contact%cohesive_force, contact%slip_reference, contact%gap_reference, contact%cohesive%bonded, &
-                           contact%cohesive%rigid, contact%cohesive%cap, contact%cohesive%critical, contact%cohesive%damage, &
-                           contact%mobility, contact%counted, contact%group_column, contact%coupling, &
-                           min(contact_tolerance, contact_fraction*tolerance), warm, b, loads%free_x, loads%free_y, loads%px, &
-                           loads%py, motion%fx, motion%fy, motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, &
-                           contact%impulse, contact%cohesive%impulse, contact%cohesive%separation, contact%force, &
-                           contact%jump, contact%kick, contact%partial)
-      end associate
+      call relaxation_step(mesh%n_nodes, rows%n_blocks, rows%first, rows%count, self%special, rows%slice, rows%order, rows%column, &
+                           rows%kxx, rows%kxy, rows%kyx, rows%kyy, rows%skew_start, rows%skew_count, rows%skew_edge, rows%skew, &
+                           a, b, local, motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, motion%fx, motion%fy, &
+                           loads%px, loads%py, rows%inverse_mass, loads%free_x, loads%free_y, self%paced, self%counted, &
+                           self%keep, contact%blocks, .true., contact%impulse, self%partial)
+      if (contact%n_pairs == 0) return
+      call self%contact_watch%start()
+      call contact_step(contact%blocks, .true., contact%group_pair, contact%group_node, contact%node, contact%pair_node, &
+                        contact%normal, contact%weight, contact%gain, contact%friction, contact%cohesive_force, &
+                        contact%slip_reference, contact%gap_reference, contact%cohesive%bonded, contact%cohesive%rigid, &
+                        contact%cohesive%cap, contact%cohesive%critical, contact%cohesive%damage, contact%mobility, &
+                        contact%counted, min(contact_tolerance, contact_fraction*tolerance), warm, b, loads%free_x, &
+                        loads%free_y, loads%px, loads%py, motion%fx, motion%fy, motion%ux, motion%uy, motion%wx, motion%wy, &
+                        motion%vx, motion%vy, contact%impulse, contact%cohesive%impulse, contact%cohesive%separation, &
+                        contact%force, contact%jump, contact%kick, contact%partial)
       if (self%now%at_rest) call contact%cohesive%release(contact%n_pairs)
       call self%contact_watch%stop()
    end subroutine step

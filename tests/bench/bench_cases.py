@@ -135,7 +135,7 @@ def files(bench):
 
 
 def phases(log):
-    """The profile in the log: seconds of each phase (`of it contact of connected pairs 1.2 s`: part of the relaxation)."""
+    """The profile in the log: seconds of each phase; `of it contact of connected pairs` is part of the relaxation."""
     line = re.search(r"^time: (.*)$", log, re.MULTILINE)
     return {name: float(value) for name, value in re.findall(r"([a-z]+) (\S+) s", line.group(1))}
 

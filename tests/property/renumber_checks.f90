@@ -171,12 +171,10 @@ contains
       case ('cohesive/rigid')
          rule = 'p *'
       case ('cohesive_force', 'weight', 'gain', 'node', 'pair_node', 'force', 'mobility', 'counted', 'group_pair', 'group_node', &
-            'group_column', 'coupling', 'partial', 'jump', 'kick', 'key', 'by_key', 'blocks/n', 'blocks/direct_first', &
-            'blocks/direct_outer', 'blocks/direct_pair', 'blocks/direct_node', 'blocks/direct', 'blocks/swept_first', &
-            'blocks/swept', 'blocks/touching_first', 'blocks/touching', 'cohesive/impulse', 'cohesive/cap', &
-            'cohesive/critical', 'cohesive/steep')
+            'partial', 'jump', 'kick', 'key', 'by_key', 'cohesive/impulse', 'cohesive/cap', 'cohesive/critical', 'cohesive/steep')
          rule = '-'
       end select
+      if (index(name(9:), 'blocks/') == 1) rule = '-'
    end function contact_rule
 
    function loads_rule(name) result(rule)
