@@ -1,14 +1,14 @@
 !> Contact of crack faces: pairs of nodes that were one, with Coulomb friction (Qiu & Ding 2007, section 2.1, after
-!> Katona 1983). Here the pairs are found from the cracked edges and kept over splits; rf_contact_k finds the impulses.
+!> Katona 1983). Here is what a pair knows and keeps over splits. Its submodules find pairs from cracked edges, follow a split,
+!> and lay them out for the kernels, which find the impulses (rf_direct_pair_k, rf_bundle_k, rf_contact_k).
 module rf_contact
    use rf_kinds, only: wp, i1, i8
    use rf_archive, only: archive_t
-   use rf_disjoint, only: singletons, find_root, unite
    use rf_grow, only: grow
    use rf_sort, only: sorted_order
    use rf_mesh, only: mesh_t
    use rf_renumber, only: renumbering_t, carry
-   use rf_topology, only: side_nodes, changes_t
+   use rf_topology, only: changes_t
    use rf_material, only: material_t
    use rf_motion, only: motion_t
    use rf_cohesive, only: cohesive_t
@@ -19,8 +19,6 @@ module rf_contact
 
    !> states of a pair
    integer, parameter :: pair_open = 0, pair_slip = 1, pair_stick = 2
-   !> mode of a crack segment that came by tension
-   integer, parameter :: segment_tension = 1
    !> friction force, relative to its limit, from which a pair counts as slipping
    real(wp), parameter :: slip_threshold = 1.0_wp - 1.0e-9_wp
 
@@ -72,12 +70,35 @@ module rf_contact
       procedure :: rebuild, follow, renumber, node_force, weigh, find_pair, gap, slip, opening, settle, follow_overlap, traction
       procedure :: state
       procedure :: arrange, sum_forces, bonds, softens
-      procedure, private :: take_pairs, inherit_pairs, join_ends, group_pairs, reserve_pairs, lone_before
+      procedure, private :: take_pairs, inherit_pairs, join_ends, group_pairs, sort_keys, reserve_pairs, lone_before
       procedure, private, nopass :: pair_key
       procedure :: exchange
    end type contact_t
 
    interface
+      !> Pairs across all crack segments: one for each two nodes that face each other, normals weighted by length.
+      module subroutine collect_pairs(self, mesh, material)
+         type(contact_t), intent(inout) :: self
+         type(mesh_t), intent(in) :: mesh
+         type(material_t), intent(in) :: material
+      end subroutine collect_pairs
+
+      !> Pairs from open ends of segments, in the order of their keys. The sums of each pair are in the order of the ends.
+      module subroutine join_ends(self, mesh, material, key, segment_of)
+         class(contact_t), intent(inout) :: self
+         type(mesh_t), intent(in) :: mesh
+         type(material_t), intent(in) :: material
+         !> key of the pair and segment of each end
+         integer(i8), intent(in) :: key(:)
+         integer, intent(in) :: segment_of(:)
+      end subroutine join_ends
+
+      !> Put pairs that share nodes together, in the order of the lowest pair of each group, behind those that share none, and
+      !> number their nodes.
+      module subroutine group_pairs(self)
+         class(contact_t), intent(inout) :: self
+      end subroutine group_pairs
+
       !> What the kernels must know beside: what each block of nodes has to do, and of each contact node. After weigh.
       module subroutine arrange(self, n_nodes, inverse_mass, free_x, free_y, counted)
          class(contact_t), intent(inout) :: self
@@ -140,7 +161,7 @@ contains
       self%limit_before = from%limit_before(pairs)
       self%impulse = from%impulse(:, pairs)
       call self%cohesive%take(from%cohesive, pairs)
-      call sort_keys(self)
+      call self%sort_keys()
    end subroutine take_pairs
 
    !> What pairs know: of themselves, if they were there before, or from pairs that they lie between.
@@ -229,129 +250,6 @@ contains
       end do
    end function ancestors
 
-   !> Pairs across all crack segments: one for each two nodes that face each other, normals weighted by length.
-   subroutine collect_pairs(self, mesh, material)
-      type(contact_t), intent(inout) :: self
-      type(mesh_t), intent(in) :: mesh
-      type(material_t), intent(in) :: material
-      integer(i8), allocatable :: key(:)
-      integer, allocatable :: segment_of(:)
-      integer :: s, i, n, nodes(2, 2)
-      allocate (key(2*mesh%n_segments), segment_of(2*mesh%n_segments))
-      n = 0
-      do s = 1, mesh%n_segments
-         nodes = side_nodes(mesh, s)
-         do i = 1, 2
-            if (nodes(i, 1) == nodes(i, 2)) cycle
-            n = n + 1
-            key(n) = pair_key(nodes(i, 1), nodes(i, 2))
-            segment_of(n) = s
-         end do
-      end do
-      call self%join_ends(mesh, material, key(:n), segment_of(:n))
-   end subroutine collect_pairs
-
-   !> Pairs from open ends of segments, in the order of their keys. The sums of each pair are in the order of the ends.
-   subroutine join_ends(self, mesh, material, key, segment_of)
-      class(contact_t), intent(inout) :: self
-      type(mesh_t), intent(in) :: mesh
-      type(material_t), intent(in) :: material
-      !> key of the pair and segment of each end
-      integer(i8), intent(in) :: key(:)
-      integer, intent(in) :: segment_of(:)
-      integer, allocatable :: order(:)
-      integer :: i, n, p
-      n = size(key)
-      allocate (order, source=sorted_order(key))
-      call self%reserve_pairs(n)
-      p = 0
-      do i = 1, n
-         if (i == 1) then
-            call start_pair(key(order(i)))
-         else if (key(order(i)) /= key(order(i - 1))) then
-            call start_pair(key(order(i)))
-         end if
-         call add_segment(segment_of(order(i)))
-      end do
-      self%n_pairs = p
-      do p = 1, self%n_pairs
-         self%normal(:, p) = self%normal(:, p)/norm2(self%normal(:, p))
-         if (.not. self%cohesive%area(p) > 0) cycle
-         self%cohesive%energy(:, p) = self%cohesive%energy(:, p)/self%cohesive%area(p)
-         self%cohesive%strength(:, p) = self%cohesive%strength(:, p)/self%cohesive%area(p)
-      end do
-
-   contains
-
-      subroutine start_pair(k)
-         integer(i8), intent(in) :: k
-         p = p + 1
-         self%pair(:, p) = [int(k/2_i8**32), int(mod(k, 2_i8**32))]
-         self%normal(:, p) = 0
-         self%area(p) = 0
-         self%friction(p) = huge(1.0_wp)
-         self%cohesion(p) = huge(1.0_wp)
-         self%cohesive%area(p) = 0
-         self%cohesive%energy(:, p) = 0
-         self%cohesive%strength(:, p) = 0
-      end subroutine start_pair
-
-      !> Half the segment belongs to the pair. Friction and cohesion are those of the crack if it has its own, else those of
-      !> the material; of several the smaller count.
-      subroutine add_segment(s)
-         integer, intent(in) :: s
-         integer :: ends(2, 2), side, e, crack
-         real(wp) :: along(2), sense, area
-         ends = side_nodes(mesh, s)
-         along = mesh%x(:, ends(2, 1)) - mesh%x(:, ends(1, 1))
-         sense = merge(1.0_wp, -1.0_wp, any(ends(:, 1) == self%pair(1, p)))
-         ! the outward normal of the first side points to the second
-         self%normal(:, p) = self%normal(:, p) + sense*[along(2), -along(1)]
-         crack = mesh%segment_crack(s)
-         do side = 1, 2
-            e = mesh%section(mesh%segment_element(side, s))
-            if (material%surface_given(crack)) cycle
-            self%friction(p) = min(self%friction(p), material%section(e)%friction)
-            self%cohesion(p) = min(self%cohesion(p), material%section(e)%cohesion)
-         end do
-         if (material%surface_given(crack)) then
-            self%friction(p) = min(self%friction(p), material%surface(crack)%friction)
-            self%cohesion(p) = min(self%cohesion(p), material%surface(crack)%cohesion)
-         end if
-         area = 0.5_wp*norm2(along)*material%section(e)%thickness
-         self%area(p) = self%area(p) + area
-         ! what was a crack before the run has nothing to soften
-         if (crack == 0) call soften_segment(s, mesh%segment_straight(s)*area)
-      end subroutine add_segment
-
-      !> A segment that softens: of two materials the smaller fracture energy and strength count; the pair gets means over
-      !> its segments.
-      subroutine soften_segment(s, area)
-         integer, intent(in) :: s
-         !> the pair's part, along the ray that the segment stands for [length^2]
-         real(wp), intent(in) :: area
-         real(wp) :: energy(2), strength(2)
-         integer :: side, e
-         energy = huge(1.0_wp)
-         strength = huge(1.0_wp)
-         do side = 1, 2
-            e = mesh%segment_element(side, s)
-            associate (section => material%section(mesh%section(e)))
-               energy = min(energy, section%fracture_energy)
-               if (all(section%strength > 0)) strength = min(strength, section%strength*material%strength_of(e))
-            end associate
-         end do
-         if (.not. all(energy > 0) .or. all(strength >= huge(1.0_wp))) return
-         ! a crack that came by tension follows the mesh in zigzag: its jump is opening to the body, whatever the segment's
-         ! direction, so its slip must not meet more resistance
-         if (mesh%segment_mode(s) == segment_tension) strength(2) = min(strength(1), strength(2))
-         self%cohesive%area(p) = self%cohesive%area(p) + area
-         self%cohesive%energy(:, p) = self%cohesive%energy(:, p) + area*energy
-         self%cohesive%strength(:, p) = self%cohesive%strength(:, p) + area*strength
-      end subroutine soften_segment
-
-   end subroutine join_ends
-
    pure integer(i8) function pair_key(a, b)
       integer, intent(in) :: a, b
       pair_key = int(min(a, b), i8)*2_i8**32 + int(max(a, b), i8)
@@ -384,39 +282,6 @@ contains
       call self%cohesive%reserve(n)
    end subroutine reserve_pairs
 
-   !> Put pairs that share nodes together, in the order of the lowest pair of each group, behind those that share none, and
-   !> number their nodes.
-   subroutine group_pairs(self)
-      class(contact_t), intent(inout) :: self
-      integer, allocatable :: root(:), order(:), group(:), members(:)
-      integer(i8), allocatable :: nodes(:)
-      integer :: n, p, i
-
-      n = self%n_pairs
-      allocate (nodes(2*n))
-      nodes(1:2*n - 1:2) = self%pair(1, :n)
-      nodes(2:2*n:2) = self%pair(2, :n)
-      allocate (order, source=sorted_order(nodes))
-      allocate (root, source=singletons(n))
-      allocate (group(n), members(n))
-      do i = 2, size(order)                                ! pairs that hold the same node belong together
-         if (nodes(order(i)) /= nodes(order(i - 1))) cycle
-         call unite(root, (order(i) + 1)/2, (order(i - 1) + 1)/2)
-      end do
-      members = 0
-      do p = 1, n
-         group(p) = find_root(root, p)
-         members(group(p)) = members(group(p)) + 1
-      end do
-      self%n_lone = count(members == 1)
-      deallocate (order)
-      allocate (order, source=sorted_order(merge(int(group, i8), int(group, i8) + n, members(group) == 1)))
-      call permute_pairs(self, order)
-      group = group(order)
-      call number_nodes(self, group)
-      call sort_keys(self)
-   end subroutine group_pairs
-
    !> Keys of the pairs that share nodes in ascending order; those that share none stand in it themselves.
    subroutine sort_keys(self)
       class(contact_t), intent(inout) :: self
@@ -431,59 +296,6 @@ contains
       self%key = self%key(self%by_key)
       self%by_key = self%n_lone + self%by_key
    end subroutine sort_keys
-
-   subroutine permute_pairs(self, order)
-      class(contact_t), intent(inout) :: self
-      integer, intent(in) :: order(:)
-      integer :: n
-      n = size(order)
-      self%pair(:, :n) = self%pair(:, order)
-      self%normal(:, :n) = self%normal(:, order)
-      self%area(:n) = self%area(order)
-      self%friction(:n) = self%friction(order)
-      self%cohesion(:n) = self%cohesion(order)
-      call self%cohesive%permute(order)
-   end subroutine permute_pairs
-
-   !> Contact nodes group by group, and where each group begins.
-   subroutine number_nodes(self, group)
-      class(contact_t), intent(inout) :: self
-      !> group of each pair; pairs of a group stand together
-      integer, intent(in) :: group(:)
-      integer :: p, i, c, g
-      call grow(self%group_pair, self%n_pairs + 1)
-      call grow(self%group_node, self%n_pairs + 1)
-      g = 0
-      self%n_nodes = 0
-      do p = 1, self%n_pairs
-         if (p == 1) then
-            call open_group()
-         else if (group(p) /= group(p - 1)) then
-            call open_group()
-         end if
-         do i = 1, 2
-            do c = self%group_node(g), self%n_nodes
-               if (self%node(c) == self%pair(i, p)) exit
-            end do
-            if (c > self%n_nodes) self%n_nodes = c
-            self%node(c) = self%pair(i, p)
-            self%pair_node(i, p) = c
-         end do
-      end do
-      self%n_groups = g
-      self%group_pair(g + 1) = self%n_pairs + 1
-      self%group_node(g + 1) = self%n_nodes + 1
-      self%force(:, :self%n_nodes) = 0
-
-   contains
-
-      subroutine open_group()
-         g = g + 1
-         self%group_pair(g) = p
-         self%group_node(g) = self%n_nodes + 1
-      end subroutine open_group
-
-   end subroutine number_nodes
 
    !> Number of the pair of two nodes, 0 if there is none.
    pure integer function find_pair(self, a, b) result(p)
@@ -572,7 +384,7 @@ contains
          self%pair(:, p) = self%pair([2, 1], p)       ! gap and slip are the same seen from the other side
          self%normal(:, p) = -self%normal(:, p)
       end do
-      call sort_keys(self)
+      call self%sort_keys()
    end subroutine renumber
 
    !> Sum of the contact forces on each node [force], (2, nodes).

@@ -3,7 +3,7 @@
 submodule(rf_contact) rf_contact_follow
    use rf_sort, only: ascending_once
    use rf_move, only: runs_t, move
-   use rf_topology, only: elements_around, previous_corner
+   use rf_topology, only: elements_around, previous_corner, side_nodes
    implicit none
 
    !> places of the sieve through which nodes pass that a split may have touched, a power of two
