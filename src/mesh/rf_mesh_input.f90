@@ -116,7 +116,8 @@ contains
       call deck%open(card, 'JOB', where=in_model)
       do while (deck%next(card))
          call card%get_word('ORDERING', word, allowed='HILBERT METIS NONE', default='HILBERT', &
-                            about='internal numbering (METIS: part by part); results do not show it')
+                            about='internal numbering (METIS: part by part); the answer is the same but for the order of '// &
+                            'sums (last bits)')
          select case (word)
          case ('METIS')
             ordering = ordering_metis

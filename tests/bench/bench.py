@@ -1,14 +1,15 @@
-"""Measure rfem on this machine: tables on standard output, build/bench/bench.json, docs/performance.md.
+"""Measure rfem on this machine: tables on standard output, figures, page and roofline in build/bench.
 
-    ./run bench [--quick] [--long] [--only NAME,..] [--peers] [--no-report]
+    ./run bench [--quick] [--long] [--only NAME,..] [--peers] [--publish]
 
-Parts (--only): step, look, event, growth, memory, files, runs, direct. Figures of parts that are left out are taken
-from the last bench.json. It is no test: nothing fails because a machine is slow.
+Parts (--only): step, look, event, growth, memory, files, runs, direct. Parts that are left out keep the figures of the
+last run, each with its date, program and load. It is no test: nothing fails because a machine is slow.
 """
 
 import argparse
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -31,7 +32,8 @@ class Bench:
         self.program = self.rfem.with_name("rfem_bench")
         self.root = ROOT
         self.work = ROOT / "build" / "bench"
-        self.work.mkdir(parents=True, exist_ok=True)
+        self.pages = self.work / "quick" if self.quick else self.work
+        self.pages.mkdir(parents=True, exist_ok=True)
         self.sizes = [10_000, 100_000] if self.quick else [10_000, 100_000, 1_000_000]
         self.figures = {}
 
@@ -43,7 +45,7 @@ class Bench:
             [str(self.program), *[str(word) for word in words]],
             check=True,
             env=environment,
-            capture_output=True,
+            stdout=subprocess.PIPE,
             text=True,
         )
         return {name: float(value) for name, value in (line.split() for line in done.stdout.splitlines())}
@@ -61,7 +63,8 @@ class Bench:
             _, status, used = os.wait4(process.pid, 0)
             process.returncode = os.waitstatus_to_exitcode(status)
         if process.returncode not in (0, 1):
-            sys.exit(f"bench: rfem ended with exit status {process.returncode}:\n{log}")
+            say(log)
+            raise subprocess.CalledProcessError(process.returncode, command)
         return {
             "log": log,
             "seconds": time.monotonic() - start,
@@ -89,6 +92,11 @@ def machine(bench):
     for line in subprocess.run(["lscpu"], capture_output=True, text=True, check=False).stdout.splitlines():
         name, _, value = line.partition(":")
         fields[name.strip()] = value.strip()
+    sizes = {}
+    for line in subprocess.run(["lscpu", "-B", "-C"], capture_output=True, text=True, check=False).stdout.splitlines():
+        words = line.split()
+        if len(words) > 1 and words[1].isdigit():
+            sizes[words[0]] = int(words[1])
     memory = Path("/proc/meminfo").read_text(encoding="utf-8").splitlines()[0].split()[1]
     version = subprocess.run([str(bench.rfem), "--version"], capture_output=True, text=True, check=True).stdout
     return {
@@ -98,6 +106,7 @@ def machine(bench):
         "caches": ", ".join(
             f"{name[:-6]} {fields[name]}" for name in ("L1d cache", "L2 cache", "L3 cache") if name in fields
         ),
+        "cache_bytes": {level: sizes.get(level, usual) for level, usual in (("L2", 2**20), ("L3", 2**25))},
         "memory_gib": int(memory) / 2**20,
         "system": first_line(["uname", "-sr"]),
         "compiler": first_line(["gfortran", "--version"]),
@@ -111,34 +120,61 @@ def machine(bench):
 def main():
     """Measure, print, write."""
     parser = argparse.ArgumentParser(prog="./run bench", description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="up to 100,000 elements, small runs: about two minutes")
+    parser.add_argument("--quick", action="store_true", help="up to 100,000 elements, small runs: about five minutes")
     parser.add_argument("--long", action="store_true", help="also the beam with h = 1, the block with h = 2 and 1")
     parser.add_argument("--only", default="", metavar="NAME,..", help="these parts: " + ", ".join(bench_cases.PARTS))
     parser.add_argument("--peers", action="store_true", help="install Akantu into build/bench/venv and measure it too")
-    parser.add_argument("--no-report", action="store_true", help="leave docs/performance.md as it is")
+    parser.add_argument("--publish", action="store_true", help="make the page docs/performance.md (all parts measured)")
     options = parser.parse_args()
     wanted = [name for name in options.only.split(",") if name] or list(bench_cases.PARTS)
     unknown = set(wanted) - set(bench_cases.PARTS)
     if unknown:
         parser.error(f"no part {', '.join(sorted(unknown))} (there are {', '.join(bench_cases.PARTS)})")
+    if options.publish and options.quick:
+        parser.error("--publish wants the whole benchmark, not --quick")
     bench = Bench(options)
-    stored = bench.work / ("quick.json" if bench.quick else "bench.json")
+    stored = bench.pages / "bench.json"
     if stored.exists():
         bench.figures = json.loads(stored.read_text(encoding="utf-8"))
     bench.figures["machine"] = machine(bench)
-    bench.figures["bandwidth"] = {threads: bench.measure("triad", threads) for threads in ("1", "2")}
-    for name in wanted:
-        say(f"== {name}")
-        bench.figures[name] = bench_cases.PARTS[name](bench)
-        stored.write_text(json.dumps(bench.figures, indent=1) + "\n", encoding="utf-8")
-    if options.peers:
-        bench.figures["peers"] = bench_cases.peers(bench)
-        stored.write_text(json.dumps(bench.figures, indent=1) + "\n", encoding="utf-8")
+    failed = [name for name in wanted if not measured(bench, stored, name, bench_cases.PARTS[name])]
+    if options.peers and not measured(bench, stored, "peers", bench_cases.peers):
+        failed.append("peers")
     print(bench_report.tables(bench.figures))
-    if not (options.no_report or bench.quick):
-        bench_report.write(bench.figures, ROOT / "docs")
-        print(f"written: {ROOT / 'docs' / 'performance.md'}")
-    print(f"figures: {stored}")
+    bench_report.write(bench.figures, bench.pages)
+    print(f"written: {bench.pages / 'performance.md'}, figures: {stored}")
+    missing = [name for name in bench_cases.PARTS if name not in bench.figures]
+    if options.publish and missing:
+        sys.exit("bench: docs/performance.md stays as it is: not measured: " + ", ".join(missing))
+    if options.publish:
+        for name in ("performance.md", "performance_roofline.png"):
+            shutil.copy(bench.pages / name, ROOT / "docs" / name)
+        print("published: docs/performance.md")
+    if failed:
+        sys.exit("bench: these parts ended with an error: " + ", ".join(failed))
+
+
+def measured(bench, stored, name, part):
+    """Measure a part and store its figures, with when and what they were measured on; whether it came to its end."""
+    say(f"== {name}")
+    load = os.getloadavg()[0]
+    if load > 0.5:
+        say(f"   other work runs on this machine (load {load:.1f}): the figures will be lower than they could be")
+    machine_now = bench.figures["machine"]
+    stamp = {"date": datetime.now().astimezone().isoformat(timespec="minutes"), "load": load}
+    stamp |= {"version": machine_now["version"]}
+    try:
+        figures = part(bench)
+        if name == "step":
+            bench.figures["bandwidth"] = {threads: bench.measure("triad", threads) for threads in ("1", "2")}
+    except (subprocess.CalledProcessError, OSError) as error:
+        say(f"bench: {name}: {error}")
+        bench.figures.pop(name, None)
+        return False
+    bench.figures[name] = figures
+    bench.figures.setdefault("measured", {})[name] = stamp
+    stored.write_text(json.dumps(bench.figures, indent=1) + "\n", encoding="utf-8")
+    return True
 
 
 if __name__ == "__main__":

@@ -113,7 +113,7 @@ contains
       real(wp), allocatable :: a(:), b(:), c(:)
       integer :: bytes(n_sizes), i, n, sweeps, sweep, k
       real(wp) :: best, start, end_of_patience
-      bytes = [threads*1048576, 12582912, 402653184]
+      bytes = [threads*524288, 12582912, 402653184]
       do i = 1, n_sizes
          n = bytes(i)/24
          sweeps = max(1, 100000000/n)
@@ -144,7 +144,7 @@ contains
       real(wp), intent(inout) :: a(n)
       real(wp), intent(in) :: b(n), c(n), s
       integer :: k
-      !$omp parallel do simd schedule(static) if (threads > 1)
+      !$omp parallel do simd schedule(static) if (parallel: threads > 1)
       do k = 1, n
          a(k) = b(k) + s*c(k)
       end do
@@ -325,12 +325,14 @@ contains
 
    !> Time of a step that leaves contact out [s].
    real(wp) function elastic_step()
-      integer :: steps, pairs, groups, nodes
+      integer :: steps, pairs, lone, groups, nodes
       real(wp) :: many, none
       pairs = model%contact%n_pairs
+      lone = model%contact%n_lone
       groups = model%contact%n_groups
       nodes = model%contact%n_nodes
       model%contact%n_pairs = 0
+      model%contact%n_lone = 0
       model%contact%n_groups = 0
       model%contact%n_nodes = 0
       steps = max(20, min(2000, int(window_updates/model%mesh%n_elements)))
@@ -338,6 +340,7 @@ contains
       call best_relaxation(steps + 1, many)
       elastic_step = (many - none)/steps
       model%contact%n_pairs = pairs
+      model%contact%n_lone = lone
       model%contact%n_groups = groups
       model%contact%n_nodes = nodes
    end function elastic_step
