@@ -31,11 +31,11 @@ contains
       call note_lost_monitors(self)
    end subroutine excavate
 
-   module subroutine follow_growth(self, at_all)
+   module subroutine follow_growth(self, by_more_than)
       class(simulation_t), intent(inout) :: self
-      logical, intent(in), optional :: at_all
+      integer, intent(in), optional :: by_more_than
       type(renumbering_t) :: map
-      if (.not. self%model%has_grown(at_all)) return
+      if (.not. self%model%has_grown(by_more_than)) return
       call self%log%line('step '//to_text(self%position%step)//': numbered anew, as the mesh has grown by '// &
                          to_text(self%model%mesh%n_nodes - self%model%mesh%n_numbered_nodes)//' nodes')
       call self%model%renumber(map)

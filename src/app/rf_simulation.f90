@@ -172,11 +172,11 @@ module rf_simulation
          integer, intent(in) :: s
       end subroutine excavate
 
-      !> Number the mesh anew where it has grown enough, or at all. The states that the run may come back to are not carried:
+      !> Number the mesh anew where it has grown enough, or by more nodes than are given. The states that the run may come back to are not carried:
       !> this stands where the present state is taken next.
-      module subroutine follow_growth(self, at_all)
+      module subroutine follow_growth(self, by_more_than)
          class(simulation_t), intent(inout) :: self
-         logical, intent(in), optional :: at_all
+         integer, intent(in), optional :: by_more_than
       end subroutine follow_growth
 
       !> To or from a checkpoint: all that the deck does not say.
@@ -276,7 +276,7 @@ contains
       class(simulation_t), intent(inout) :: self
       type(energy_t) :: energy
       logical, allocatable :: held(:, :)
-      call self%follow_growth(at_all=.true.)      ! by cracks that there are from the start
+      call self%follow_growth(by_more_than=0)      ! by cracks that there are from the start
       self%model%failure%settings = self%fracture(1)
       call self%model%failure%look(self%model%mesh, self%model%material, self%model%motion)
       call self%last%take(self%model)

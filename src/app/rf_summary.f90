@@ -81,7 +81,7 @@ contains
          checkpoints = ''
          if (checkpoint_time > 0) checkpoints = ', checkpoints '//short(checkpoint_time)//' s'
          call simulation%log%line('time: reading '//short(simulation%reading_time)//' s, relaxation '// &
-            short(relaxation%seconds)//' s (of it contact of connected pairs '//short(relaxation%contact_watch%total)// &
+            short(relaxation%seconds)//' s (of it contact after the step '//short(relaxation%contact_watch%total)// &
             ' s), criterion '//short(model%failure%watch%total)//' s, splitting '//short(model%watch%total)//' s, output '// &
             short(simulation%recorder%watch%total)//' s'//checkpoints)
          call simulation%log%line('files: '//simulation%recorder%files)

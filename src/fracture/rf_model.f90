@@ -66,7 +66,7 @@ module rf_model
       type(baseline_t), private :: baseline
    contains
       procedure :: prepare, equilibrate, accept, split, remove, has_grown, renumber, watch_slip, watch_softening
-      procedure, private :: check, follow_parted, carry_all, find_pairs
+      procedure, private :: check, follow_parted, carry_all
       procedure :: exchange
    end type model_t
 
@@ -83,7 +83,7 @@ contains
       self%rows%with_sums = self%dynamics%wanted
       call self%rows%build(self%mesh, self%material)
       call self%motion%reserve(self%mesh%n_nodes)
-      call self%find_pairs()
+      call self%contact%rebuild(self%mesh, self%material, self%motion)
       call self%pieces%find(self%mesh)
       call self%energy%prepare(self%loads, self%mesh%n_nodes)
       if (self%dynamics%wanted) call self%dynamics%prepare(self%mesh%n_nodes)
@@ -92,14 +92,6 @@ contains
       allocate (self%reaction(2, 0))
       if (checked_build) call take_baseline(self%mesh, self%baseline)
    end subroutine prepare
-
-   !> Contact pairs of the mesh as it is.
-   subroutine find_pairs(self, changes)
-      class(model_t), intent(inout) :: self
-      !> of the last split (absent: all pairs anew)
-      type(changes_t), intent(in), optional :: changes
-      call self%contact%rebuild(self%mesh, self%material, self%motion, changes)
-   end subroutine find_pairs
 
    !> Relax at the present loads. An interruption leaves the relaxation `under_way`.
    subroutine equilibrate(self, tolerance, interruption)
@@ -233,15 +225,15 @@ contains
 
    !> Whether so much has been appended since the numbers were given that the relaxation step suffers from it. It depends on
    !> the mesh alone, so that a run is numbered anew at the same events whatever it is run with.
-   pure logical function has_grown(self, at_all)
+   pure logical function has_grown(self, by_more_than)
       class(model_t), intent(in) :: self
-      !> by a single node (default: by as many as the step suffers from)
-      logical, intent(in), optional :: at_all
-      integer :: least
+      !> so many nodes (default: as many as the step suffers from)
+      integer, intent(in), optional :: by_more_than
+      integer :: limit
       associate (mesh => self%mesh)
-         least = max(growth_least, int(growth_limit*mesh%n_numbered_nodes))
-         if (present(at_all)) least = merge(0, least, at_all)
-         has_grown = mesh%ordering /= ordering_none .and. mesh%n_nodes - mesh%n_numbered_nodes > least
+         limit = max(growth_least, int(growth_limit*mesh%n_numbered_nodes))
+         if (present(by_more_than)) limit = by_more_than
+         has_grown = mesh%ordering /= ordering_none .and. mesh%n_nodes - mesh%n_numbered_nodes > limit
       end associate
    end function has_grown
 
@@ -257,7 +249,7 @@ contains
       call self%carry_all(map, exposed=[integer ::])
       call self%changes%clear()
       call self%rows%build(self%mesh, self%material)
-      call self%find_pairs()
+      call self%contact%rebuild(self%mesh, self%material, self%motion)
       call self%pieces%find(self%mesh)
       call self%watch%stop()
       if (checked_build) call self%check()
@@ -272,7 +264,7 @@ contains
       call self%material%initial%nodal_forces(self%mesh, self%material%section%thickness, self%loads%initial)
       call self%loads%gather(self%mesh, self%material)
       call self%rows%build(self%mesh, self%material)
-      call self%find_pairs(self%changes)
+      call self%contact%rebuild(self%mesh, self%material, self%motion, self%changes)
       call self%pieces%find(self%mesh)
       call self%failure%adopt(self%mesh, self%changes)
       call self%failure%shield(self%mesh, self%contact%bonds())

@@ -3,21 +3,17 @@
 !> pairs lie side by side in the lanes of vectors, as a bundle. No group feels its neighbours, nor shows them in its bits.
 module rf_bundle_k
    use rf_kinds, only: wp
+   use rf_step_k, only: lanes
+   use rf_contact_blocks, only: property_normal, property_gain, property_friction, property_cohesion, property_slip, &
+      property_gap, n_bundled_properties
    implicit none
    private
-   public :: sweep_bundle, max_sweeps, most_bundled, lanes
-   public :: n_slot, slot_normal, slot_gain, slot_friction, slot_cohesion, slot_slip, slot_gap
+   public :: sweep_bundle, max_sweeps, most_bundled
 
-   !> groups side by side: the numbers that one vector register holds
-   integer, parameter :: lanes = 8
    !> sweeps after which a group is left as it is until the next step
    integer, parameter :: max_sweeps = 30
    !> pairs in a group that is bundled
-   integer, parameter :: most_bundled = 16
-   !> what a pair of a bundle is: unit normal from a to b (2), 1/w normal and tangential (2; eq. 19), coefficient of friction
-   !> [-], cohesive force [force], slip at which the friction force is zero-based and gap at which the faces touch [length]
-   integer, parameter :: slot_normal = 1, slot_gain = 3, slot_friction = 5, slot_cohesion = 6, slot_slip = 7, slot_gap = 8, &
-      n_slot = 8
+   integer, parameter :: most_bundled = 32
 
 contains
 
@@ -27,8 +23,8 @@ contains
       integer, intent(in) :: n, groups
       !> number among all pairs, nodes a and b of each; lanes without a group repeat the first
       integer, intent(in) :: pair(lanes, n), node(2, lanes, n)
-      !> see n_slot
-      real(wp), intent(in) :: slot(lanes, n_slot, n)
+      !> what each is, see rf_contact_blocks
+      real(wp), intent(in) :: slot(lanes, n_bundled_properties, n)
       !> what a unit normal impulse of the second pair changes of gap (along) and slip (across) of the first; a tangential one
       !> of slip (along) and gap (-across) [length/impulse]
       real(wp), intent(in) :: along(lanes, n, n), across(lanes, n, n)
@@ -54,8 +50,8 @@ contains
          do l = 1, lanes
             x = ux(node(2, l, k)) - ux(node(1, l, k)) + (vx(node(2, l, k)) - vx(node(1, l, k)))
             y = uy(node(2, l, k)) - uy(node(1, l, k)) + (vy(node(2, l, k)) - vy(node(1, l, k)))
-            gap(l, k) = slot(l, slot_normal, k)*x + slot(l, slot_normal + 1, k)*y - slot(l, slot_gap, k)
-            slip(l, k) = slot(l, slot_normal, k)*y - slot(l, slot_normal + 1, k)*x - slot(l, slot_slip, k)
+            gap(l, k) = slot(l, property_normal, k)*x + slot(l, property_normal + 1, k)*y - slot(l, property_gap, k)
+            slip(l, k) = slot(l, property_normal, k)*y - slot(l, property_normal + 1, k)*x - slot(l, property_slip, k)
             normal(l, k) = warm*impulse(1, pair(l, k))
             tangent(l, k) = warm*impulse(2, pair(l, k))
          end do
@@ -73,10 +69,10 @@ contains
          largest = 0
          do k = 1, n
             do l = 1, lanes
-               pressing(l) = max(0.0_wp, normal(l, k) - gap(l, k)*slot(l, slot_gain, k))
-               bound(l) = slot(l, slot_friction, k)*pressing(l) &
-                          + b*slot(l, slot_cohesion, k)*(0.5_wp + sign(0.5_wp, pressing(l) - tiny(bound)))      ! no branch
-               sliding(l) = min(bound(l), max(-bound(l), tangent(l, k) - slip(l, k)*slot(l, slot_gain + 1, k)))
+               pressing(l) = max(0.0_wp, normal(l, k) - gap(l, k)*slot(l, property_gain, k))
+               bound(l) = slot(l, property_friction, k)*pressing(l) &
+                          + b*slot(l, property_cohesion, k)*(0.5_wp + sign(0.5_wp, pressing(l) - tiny(bound)))      ! no branch
+               sliding(l) = min(bound(l), max(-bound(l), tangent(l, k) - slip(l, k)*slot(l, property_gain + 1, k)))
                pressing(l) = merge(pressing(l), normal(l, k), active(l) > 0)
                sliding(l) = merge(sliding(l), tangent(l, k), active(l) > 0)
                normal_change(l) = pressing(l) - normal(l, k)
@@ -105,14 +101,14 @@ contains
    contains
 
       !> Impulses of a pair of each group change gap and slip of another.
-      subroutine add(normal_part, tangent_part, alike, crosswise, of_gap, of_slip)
-         real(wp), intent(in) :: normal_part(lanes), tangent_part(lanes), alike(lanes), crosswise(lanes)
+      subroutine add(normal_part, tangent_part, part_along, part_across, of_gap, of_slip)
+         real(wp), intent(in) :: normal_part(lanes), tangent_part(lanes), part_along(lanes), part_across(lanes)
          real(wp), intent(inout) :: of_gap(lanes), of_slip(lanes)
          integer :: i
          !$omp simd
          do i = 1, lanes
-            of_gap(i) = (of_gap(i) + alike(i)*normal_part(i)) - crosswise(i)*tangent_part(i)
-            of_slip(i) = (of_slip(i) + crosswise(i)*normal_part(i)) + alike(i)*tangent_part(i)
+            of_gap(i) = (of_gap(i) + part_along(i)*normal_part(i)) - part_across(i)*tangent_part(i)
+            of_slip(i) = (of_slip(i) + part_across(i)*normal_part(i)) + part_along(i)*tangent_part(i)
          end do
       end subroutine add
 

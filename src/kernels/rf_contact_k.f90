@@ -12,7 +12,7 @@ module rf_contact_k
    use rf_bundle_k, only: sweep_bundle, max_sweeps
    implicit none
    private
-   public :: contact_step
+   public :: contact_step, groups_for_threads
 
    !> groups below which a second thread costs more than it brings: to wake and await it takes the time of some hundred pairs
    integer, parameter :: groups_for_threads = 256
@@ -68,12 +68,12 @@ contains
       !> workspace of the groups: contact forces [force] and changes of velocity, (2, contact nodes); gap and slip that each
       !> pair would have without impulses, (2, pairs)
       real(wp), intent(inout), contiguous :: force(:, :), jump(:, :), kick(:, :)
-      !> |r|^2 of the contact nodes over free and over supported directions, of each block, (2, blocks)
+      !> |r|^2 of the contact nodes that are solved here over free and over supported directions, of each block, (2, blocks)
       real(wp), intent(inout), contiguous :: partial(:, :)
       integer :: k, from, to_do
 
-      to_do = size(blocks%swept) + sum(blocks%direct_first(2:) - blocks%direct_outer)
-      if (.not. direct_done) to_do = to_do + blocks%direct_first(blocks%n + 1) - 1
+      to_do = size(blocks%swept) + blocks%direct_first(blocks%n + 1) - 1
+      if (direct_done) to_do = to_do - sum(blocks%direct_outer - blocks%direct_first(:blocks%n))
       !$omp parallel do default(none) schedule(static) if (blocks%n >= blocks_for_threads .and. to_do > groups_for_threads) &
       !$omp    shared(blocks, direct_done, group_pair, group_node, node, pair_node, normal, weight, gain, friction, cohesion, &
       !$omp           slip_reference, gap_reference, bonded, rigid, cap, critical, damage, mobility, counted, tolerance, warm, &
@@ -127,14 +127,14 @@ contains
       logical, intent(in) :: bonded(*), rigid(*)
       real(wp), intent(in) :: tolerance, warm, b, ux(*), uy(*), vx(*), vy(*)
       real(wp), intent(inout) :: impulse(2, *), cohesive(2, *), separation(*), jump(2, *), kick(2, *)
-      real(wp) :: from
+      real(wp) :: own_warm
       integer :: i, g
       do i = first, last
          g = single(i)
-         from = merge(warm, 0.0_wp, group_pair(g + 1) - group_pair(g) > 1)
+         own_warm = merge(warm, 0.0_wp, group_pair(g + 1) - group_pair(g) > 1)
          call sweep_group(group_pair(g), group_pair(g + 1) - 1, group_node(g), group_node(g + 1) - 1, node, pair_node, normal, &
                           weight, gain, friction, cohesion, slip_reference, gap_reference, bonded, rigid, cap, critical, &
-                          damage, mobility, tolerance, from, b, ux, uy, vx, vy, impulse, cohesive, separation, jump, kick)
+                          damage, mobility, tolerance, own_warm, b, ux, uy, vx, vy, impulse, cohesive, separation, jump, kick)
       end do
    end subroutine sweep_singles
 

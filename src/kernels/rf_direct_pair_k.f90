@@ -2,18 +2,11 @@
 !> held in both directions. The normal impulse makes no slip and the tangential one no gap (theory: eqs. 20, 21).
 module rf_direct_pair_k
    use rf_kinds, only: wp
+   use rf_contact_blocks, only: property_normal, property_gain, property_friction, property_cohesion, property_slip, &
+      property_gap, property_mobility, property_residual, property_reaction, n_properties
    implicit none
    private
    public :: solve_direct
-   public :: n_direct, direct_normal, direct_gain, direct_friction, direct_cohesion, direct_slip, direct_gap
-   public :: direct_mobility, direct_residual, direct_reaction
-
-   !> what a pair is, one after another, so that a pair is read from one place: unit normal from a to b (2), 1/w normal and
-   !> tangential (2; eq. 19), coefficient of friction [-], cohesive force [force], slip at which the friction force is
-   !> zero-based and gap at which the faces touch [length], 1/m of a and b, 0 where held (2), parts of the residuals of a
-   !> and b that count as such (2) and as reaction (2)
-   integer, parameter :: direct_normal = 1, direct_gain = 3, direct_friction = 5, direct_cohesion = 6, direct_slip = 7, &
-      direct_gap = 8, direct_mobility = 9, direct_residual = 11, direct_reaction = 13, n_direct = 14
 
 contains
 
@@ -24,8 +17,8 @@ contains
       integer, intent(in) :: first, last
       !> number among all pairs of each; its nodes a and b
       integer, intent(in) :: pair(*), node(2, *)
-      !> see n_direct
-      real(wp), intent(in) :: direct(n_direct, *)
+      !> what each is, see rf_contact_blocks
+      real(wp), intent(in) :: direct(n_properties, *)
       !> factor of r/m in the velocity update: a force F is the impulse b F
       real(wp), intent(in) :: b
       !> forces are applied to nodes; else px, py are not read
@@ -47,22 +40,22 @@ contains
       do d = first, last
          i = node(1, d)
          j = node(2, d)
-         nx = direct(direct_normal, d)
-         ny = direct(direct_normal + 1, d)
+         nx = direct(property_normal, d)
+         ny = direct(property_normal + 1, d)
          x = ux(j) - ux(i) + (vx(j) - vx(i))
          y = uy(j) - uy(i) + (vy(j) - vy(i))
-         pressing = max(0.0_wp, (direct(direct_gap, d) - (nx*x + ny*y))*direct(direct_gain, d))
-         bound = direct(direct_friction, d)*pressing &
-                 + b*direct(direct_cohesion, d)*(0.5_wp + sign(0.5_wp, pressing - tiny(bound)))         ! no branch
-         sliding = min(bound, max(-bound, (direct(direct_slip, d) - (nx*y - ny*x))*direct(direct_gain + 1, d)))
+         pressing = max(0.0_wp, (direct(property_gap, d) - (nx*x + ny*y))*direct(property_gain, d))
+         bound = direct(property_friction, d)*pressing &
+                 + b*direct(property_cohesion, d)*(0.5_wp + sign(0.5_wp, pressing - tiny(bound)))         ! no branch
+         sliding = min(bound, max(-bound, (direct(property_slip, d) - (nx*y - ny*x))*direct(property_gain + 1, d)))
          impulse(1, pair(d)) = pressing
          impulse(2, pair(d)) = sliding
          x = nx*pressing - ny*sliding      ! the tangent is (-ny, nx)
          y = ny*pressing + nx*sliding
-         vx(i) = vx(i) - direct(direct_mobility, d)*x
-         vy(i) = vy(i) - direct(direct_mobility, d)*y
-         vx(j) = vx(j) + direct(direct_mobility + 1, d)*x
-         vy(j) = vy(j) + direct(direct_mobility + 1, d)*y
+         vx(i) = vx(i) - direct(property_mobility, d)*x
+         vy(i) = vy(i) - direct(property_mobility, d)*y
+         vx(j) = vx(j) + direct(property_mobility + 1, d)*x
+         vy(j) = vy(j) + direct(property_mobility + 1, d)*y
          wx(i) = ux(i) + vx(i)
          wy(i) = uy(i) + vy(i)
          wx(j) = ux(j) + vx(j)
@@ -75,8 +68,8 @@ contains
          y = y*per_b
          of_a = (p_a(1) - fx(i) - x)**2 + (p_a(2) - fy(i) - y)**2
          of_b = (p_b(1) - fx(j) + x)**2 + (p_b(2) - fy(j) + y)**2
-         residual = residual + direct(direct_residual, d)*of_a + direct(direct_residual + 1, d)*of_b
-         reaction = reaction + direct(direct_reaction, d)*of_a + direct(direct_reaction + 1, d)*of_b
+         residual = residual + direct(property_residual, d)*of_a + direct(property_residual + 1, d)*of_b
+         reaction = reaction + direct(property_reaction, d)*of_a + direct(property_reaction + 1, d)*of_b
       end do
       sums = sums + [residual, reaction]
    end subroutine solve_direct

@@ -228,7 +228,7 @@ contains
             call part_of(paced, base, n, own_paced)
             call part_of(counted, base, n, measured)
             call part_of(keep, base, n, own_keep)
-            call leave_out(blocks%touching_first(j), blocks%touching_first(j + 1) - 1, blocks%touching, base, measured)
+            call leave_out(blocks%node_first(j), blocks%node_first(j + 1) - 1, blocks%node, base, measured)
             if (size(px) > 0) then
                call general_update(n, a, b, local, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
                                    fx(base), fy(base), px(base:), py(base:), inverse_mass(base), free_x(base), free_y(base), &
@@ -240,7 +240,7 @@ contains
             end if
          else
             measured(:n) = 1
-            call leave_out(blocks%touching_first(j), blocks%touching_first(j + 1) - 1, blocks%touching, base, measured)
+            call leave_out(blocks%node_first(j), blocks%node_first(j + 1) - 1, blocks%node, base, measured)
             if (size(px) > 0) then
                call plain_update(n, a, b, gx, gy, ux(base), uy(base), wx(base), wy(base), vx(base), vy(base), &
                                  fx(base), fy(base), px(base:), py(base:), inverse_mass(base), measured, partial(:, j))

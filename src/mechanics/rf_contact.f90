@@ -69,7 +69,7 @@ module rf_contact
    contains
       procedure :: rebuild, follow, renumber, node_force, weigh, find_pair, gap, slip, opening, settle, follow_overlap, traction
       procedure :: state
-      procedure :: arrange, sum_forces, bonds, softens
+      procedure :: arrange, follow_references, step, sum_forces, bonds, softens
       procedure, private :: take_pairs, inherit_pairs, join_ends, group_pairs, sort_keys, reserve_pairs, lone_before
       procedure, private, nopass :: pair_key
       procedure :: exchange
@@ -99,7 +99,8 @@ module rf_contact
          class(contact_t), intent(inout) :: self
       end subroutine group_pairs
 
-      !> What the kernels must know beside: what each block of nodes has to do, and of each contact node. After weigh.
+      !> What the kernels must know beside: what each block of nodes has to do, and of each contact node. It copies what pairs
+      !> are: where that changes before it is called again, follow_references. After weigh.
       module subroutine arrange(self, n_nodes, inverse_mass, free_x, free_y, counted)
          class(contact_t), intent(inout) :: self
          !> nodes of the mesh
@@ -109,7 +110,26 @@ module rf_contact
          integer(i1), intent(in) :: free_x(:), free_y(:)
       end subroutine arrange
 
-      !> To or from a checkpoint.
+      !> The kernels' copies of slip and gap references and cohesive forces, after a time step.
+      module subroutine follow_references(self)
+         class(contact_t), intent(inout) :: self
+      end subroutine follow_references
+
+      !> Impulses of the pairs in a step, applied to velocities and new displacements, see contact_step. After arrange.
+      module subroutine step(self, direct_done, tolerance, warm, b, free_x, free_y, px, py, motion)
+         class(contact_t), intent(inout) :: self
+         !> the step kernel has solved the direct pairs within each block
+         logical, intent(in) :: direct_done
+         !> largest change of an impulse in the last sweep, relative to the group's largest impulse; part of the last step's
+         !> impulses from which connected pairs start; factor of r/m in the velocity update
+         real(wp), intent(in) :: tolerance, warm, b
+         !> supports and applied forces, see relaxation_step
+         integer(i1), intent(in), contiguous :: free_x(:), free_y(:)
+         real(wp), intent(in), contiguous :: px(:), py(:)
+         type(motion_t), intent(inout) :: motion
+      end subroutine step
+
+      !> To or from a checkpoint. (Derived: blocks from arrange.)
       module subroutine exchange(self, archive)
          class(contact_t), intent(inout) :: self
          class(archive_t), intent(inout) :: archive

@@ -1,10 +1,11 @@
 !> What the kernels must know of the pairs beside: which of them each block of nodes solves at once, which groups it sweeps,
 !> and how the impulses of a group act on each other.
 submodule(rf_contact) rf_contact_arrange
-   use rf_step_k, only: block_size
-   use rf_bundle_k, only: most_bundled, lanes, n_slot, slot_normal, slot_gain, slot_friction, slot_cohesion, slot_slip, slot_gap
-   use rf_direct_pair_k, only: n_direct, direct_normal, direct_gain, direct_friction, direct_cohesion, direct_slip, direct_gap, &
-      direct_mobility, direct_residual, direct_reaction
+   use rf_step_k, only: block_size, lanes
+   use rf_contact_blocks, only: property_normal, property_gain, property_friction, property_cohesion, property_slip, &
+      property_gap, property_mobility, property_residual, property_reaction, n_properties, n_bundled_properties
+   use rf_bundle_k, only: most_bundled
+   use rf_contact_k, only: contact_step
    implicit none
 
 contains
@@ -34,7 +35,7 @@ contains
       end do
       call list_direct(self, is_direct(:self%n_lone))
       call list_swept(self, is_direct)
-      call list_touching(self)
+      call list_nodes(self)
       call list_bundles(self)
    end subroutine arrange
 
@@ -106,27 +107,71 @@ contains
       integer, intent(in) :: n
       call grow(blocks%direct_pair, n)
       call grow(blocks%direct_node, n, 2)
-      call grow(blocks%direct, n, n_direct)
+      call grow(blocks%direct, n, n_properties)
    end subroutine make_room
 
-   !> What a pair that is solved at once is, see n_direct.
-   pure function properties(self, p) result(direct)
+   !> What a pair is, see rf_contact_blocks.
+   pure function properties(self, p)
       class(contact_t), intent(in) :: self
-      !> pair that shares no node
       integer, intent(in) :: p
-      real(wp) :: direct(n_direct)
+      real(wp) :: properties(n_properties)
       integer :: c(2)
       c = self%pair_node(:, p)
-      direct(direct_normal:direct_normal + 1) = self%normal(:, p)
-      direct(direct_gain:direct_gain + 1) = self%gain(:, p)
-      direct(direct_friction) = self%friction(p)
-      direct(direct_cohesion) = self%cohesive_force(p)
-      direct(direct_slip) = self%slip_reference(p)
-      direct(direct_gap) = self%gap_reference(p)
-      direct(direct_mobility:direct_mobility + 1) = self%mobility(1, c)
-      direct(direct_residual:direct_residual + 1) = self%counted(1, c)
-      direct(direct_reaction:direct_reaction + 1) = self%counted(2, c)
+      properties(property_normal:property_normal + 1) = self%normal(:, p)
+      properties(property_gain:property_gain + 1) = self%gain(:, p)
+      properties(property_friction) = self%friction(p)
+      properties(property_cohesion) = self%cohesive_force(p)
+      properties(property_slip) = self%slip_reference(p)
+      properties(property_gap) = self%gap_reference(p)
+      properties(property_mobility:property_mobility + 1) = self%mobility(1, c)
+      properties(property_residual:property_residual + 1) = self%counted(1, c)
+      properties(property_reaction:property_reaction + 1) = self%counted(2, c)
    end function properties
+
+   module subroutine follow_references(self)
+      class(contact_t), intent(inout) :: self
+      integer :: d, s, lane, p
+      associate (blocks => self%blocks)
+         do d = 1, blocks%direct_first(blocks%n + 1) - 1
+            p = blocks%direct_pair(d)
+            blocks%direct(property_cohesion, d) = self%cohesive_force(p)
+            blocks%direct(property_slip, d) = self%slip_reference(p)
+            blocks%direct(property_gap, d) = self%gap_reference(p)
+         end do
+         do s = 1, slots_in(blocks)
+            do lane = 1, lanes
+               p = blocks%slot_pair(lane, s)
+               blocks%slot(lane + (property_cohesion - 1)*lanes, s) = self%cohesive_force(p)
+               blocks%slot(lane + (property_slip - 1)*lanes, s) = self%slip_reference(p)
+               blocks%slot(lane + (property_gap - 1)*lanes, s) = self%gap_reference(p)
+            end do
+         end do
+      end associate
+   end subroutine follow_references
+
+   !> Slots of all bundles.
+   pure integer function slots_in(blocks)
+      type(contact_blocks_t), intent(in) :: blocks
+      integer :: last
+      last = blocks%bundle_first(blocks%n + 1) - 1
+      slots_in = 0
+      if (last > 0) slots_in = blocks%bundle_slot(last) + blocks%bundle_pairs(last) - 1
+   end function slots_in
+
+   module subroutine step(self, direct_done, tolerance, warm, b, free_x, free_y, px, py, motion)
+      class(contact_t), intent(inout) :: self
+      logical, intent(in) :: direct_done
+      real(wp), intent(in) :: tolerance, warm, b
+      integer(i1), intent(in), contiguous :: free_x(:), free_y(:)
+      real(wp), intent(in), contiguous :: px(:), py(:)
+      type(motion_t), intent(inout) :: motion
+      call contact_step(self%blocks, direct_done, self%group_pair, self%group_node, self%node, self%pair_node, self%normal, &
+                        self%weight, self%gain, self%friction, self%cohesive_force, self%slip_reference, self%gap_reference, &
+                        self%cohesive%bonded, self%cohesive%rigid, self%cohesive%cap, self%cohesive%critical, &
+                        self%cohesive%damage, self%mobility, self%counted, tolerance, warm, b, free_x, free_y, px, py, &
+                        motion%fx, motion%fy, motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, self%impulse, &
+                        self%cohesive%impulse, self%cohesive%separation, self%force, self%jump, self%kick, self%partial)
+   end subroutine step
 
    !> Groups that are swept, block by block.
    subroutine list_swept(self, is_direct)
@@ -146,21 +191,21 @@ contains
    end subroutine list_swept
 
    !> Contact nodes block by block.
-   subroutine list_touching(self)
+   subroutine list_nodes(self)
       class(contact_t), intent(inout) :: self
       integer, allocatable :: next(:)
       integer :: c, k
       associate (blocks => self%blocks)
-         blocks%touching_first = starts(block_of(self%node(:self%n_nodes)), blocks%n)
-         next = blocks%touching_first
-         call grow(blocks%touching, self%n_nodes)
+         blocks%node_first = starts(block_of(self%node(:self%n_nodes)), blocks%n)
+         next = blocks%node_first
+         call grow(blocks%node, self%n_nodes)
          do c = 1, self%n_nodes
             k = block_of(self%node(c))
-            blocks%touching(next(k)) = self%node(c)
+            blocks%node(next(k)) = self%node(c)
             next(k) = next(k) + 1
          end do
       end associate
-   end subroutine list_touching
+   end subroutine list_nodes
 
    !> Where the items of each block begin in a list of them block by block, (blocks + 1).
    pure function starts(home, n_blocks)
@@ -252,6 +297,7 @@ contains
       !> its number; its groups, of equally many pairs, no more than there are lanes
       integer, intent(in) :: bundle, group(:)
       integer :: n, slot, entry, lane, k, r, p, first
+      real(wp) :: of_pair(n_properties)
       n = pairs_of(self, group(1))
       associate (blocks => self%blocks)
          slot = 1
@@ -271,7 +317,8 @@ contains
                p = first + k - 1
                blocks%slot_pair(lane, slot + k - 1) = p
                blocks%slot_node(2*lane - 1:2*lane, slot + k - 1) = self%pair(:, p)
-               call fill_slot(blocks%slot(:, slot + k - 1), lane, p)
+               of_pair = properties(self, p)
+               blocks%slot(lane::lanes, slot + k - 1) = of_pair(:n_bundled_properties)
                do r = 1, n
                   call couple(self, first + r - 1, p, blocks%along(lane, entry + (k - 1)*n + r - 1), &
                               blocks%across(lane, entry + (k - 1)*n + r - 1))
@@ -279,21 +326,6 @@ contains
             end do
          end do
       end associate
-
-   contains
-
-      !> What pair p is, in its lane of a slot.
-      subroutine fill_slot(values, lane, p)
-         real(wp), intent(inout) :: values(lanes, n_slot)
-         integer, intent(in) :: lane, p
-         values(lane, slot_normal:slot_normal + 1) = self%normal(:, p)
-         values(lane, slot_gain:slot_gain + 1) = self%gain(:, p)
-         values(lane, slot_friction) = self%friction(p)
-         values(lane, slot_cohesion) = self%cohesive_force(p)
-         values(lane, slot_slip) = self%slip_reference(p)
-         values(lane, slot_gap) = self%gap_reference(p)
-      end subroutine fill_slot
-
    end subroutine put_bundle
 
    subroutine make_bundle_room(blocks, bundles, slots, entries)
@@ -305,7 +337,7 @@ contains
       call grow(blocks%bundle_entry, bundles)
       call grow(blocks%slot_pair, slots, lanes)
       call grow(blocks%slot_node, slots, 2*lanes)
-      call grow(blocks%slot, slots, lanes*n_slot)
+      call grow(blocks%slot, slots, lanes*n_bundled_properties)
       call grow(blocks%along, entries, lanes)
       call grow(blocks%across, entries, lanes)
    end subroutine make_bundle_room

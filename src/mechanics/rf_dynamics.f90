@@ -15,7 +15,6 @@ module rf_dynamics
    use rf_motion, only: motion_t
    use rf_energy, only: energy_t
    use rf_step_k, only: relaxation_step, block_size, n_sums
-   use rf_contact_k, only: contact_step
    implicit none
    private
    public :: dynamics_t, safe_time_step, lumped_mass
@@ -292,6 +291,8 @@ contains
       real(wp), intent(in) :: next_time
       integer :: c, k, n
       n = mesh%n_nodes
+      if (contact%blocks%n == 0) &      ! after a restart
+         call contact%arrange(n, self%inverse_mass, loads%free_x, loads%free_y, self%ones)
       if (keep_all .or. self%damped .or. self%changing) then
          self%old_x = motion%vx(:n)
          self%old_y = motion%vy(:n)
@@ -311,7 +312,7 @@ contains
                            self%keep, contact%blocks, .false., contact%impulse, self%partial)
       call self%drive(motion)
       if (contact%n_pairs > 0) then      ! all pairs only now: contact needs to know how supports move
-         call step_contact(contact, loads, motion)
+         call contact%step(.false., contact_tolerance, 0.0_wp, 1.0_wp, loads%free_x, loads%free_y, loads%px, loads%py, motion)
          if (self%n_moving > 0) call contact%sum_forces(1.0_wp)
          call contact%cohesive%release(contact%n_pairs)
       end if
@@ -321,21 +322,6 @@ contains
       self%starting = .false.
       if (self%last_time_step > 0) call self%book_half(mesh, contact, motion, energy, before=.true.)
    end subroutine evaluate
-
-   !> Contact of all pairs.
-   subroutine step_contact(contact, loads, motion)
-      type(contact_t), intent(inout) :: contact
-      type(loads_t), intent(in) :: loads
-      type(motion_t), intent(inout) :: motion
-      call contact_step(contact%blocks, .false., contact%group_pair, contact%group_node, contact%node, contact%pair_node, &
-                        contact%normal, contact%weight, contact%gain, contact%friction, contact%cohesive_force, &
-                        contact%slip_reference, contact%gap_reference, contact%cohesive%bonded, contact%cohesive%rigid, &
-                        contact%cohesive%cap, contact%cohesive%critical, contact%cohesive%damage, contact%mobility, &
-                        contact%counted, contact_tolerance, 0.0_wp, 1.0_wp, loads%free_x, loads%free_y, loads%px, loads%py, &
-                        motion%fx, motion%fy, motion%ux, motion%uy, motion%wx, motion%wy, motion%vx, motion%vy, &
-                        contact%impulse, contact%cohesive%impulse, contact%cohesive%separation, contact%force, &
-                        contact%jump, contact%kick, contact%partial)
-   end subroutine step_contact
 
    !> Supports that move: their velocity is what takes them to where they are at the next state.
    subroutine drive(self, motion)
@@ -556,6 +542,7 @@ contains
          contact%broken(p) = .true.
          contact%cohesive_force(p) = 0
       end do
+      call contact%follow_references()
       if (self%changing) then
          self%changing = .false.
          self%last_time_step = self%time_step

@@ -15,7 +15,6 @@ module rf_relaxation
    use rf_pieces, only: pieces_t
    use rf_debris, only: debris_t
    use rf_step_k, only: relaxation_step, block_size, n_sums, sum_curvature, sum_kinetic, sum_residual, sum_reaction
-   use rf_contact_k, only: contact_step
    implicit none
    private
    public :: relaxation_t, relaxation_settings_t, reaction
@@ -92,7 +91,7 @@ module rf_relaxation
       real(wp) :: largest_scale = 0
       !> element updates so far and the time they took [s]
       real(wp) :: element_updates = 0, seconds = 0
-      !> the part of that time that contact takes
+      !> the part of that time that contact takes after the step's own pass
       type(stopwatch_t) :: contact_watch
       !> damping coefficient of VISCOUS once known [-]
       real(wp), private :: viscous = -1
@@ -271,14 +270,8 @@ contains
                            self%keep, contact%blocks, .true., contact%impulse, self%partial)
       if (contact%n_pairs == 0) return
       call self%contact_watch%start()
-      call contact_step(contact%blocks, .true., contact%group_pair, contact%group_node, contact%node, contact%pair_node, &
-                        contact%normal, contact%weight, contact%gain, contact%friction, contact%cohesive_force, &
-                        contact%slip_reference, contact%gap_reference, contact%cohesive%bonded, contact%cohesive%rigid, &
-                        contact%cohesive%cap, contact%cohesive%critical, contact%cohesive%damage, contact%mobility, &
-                        contact%counted, min(contact_tolerance, contact_fraction*tolerance), warm, b, loads%free_x, &
-                        loads%free_y, loads%px, loads%py, motion%fx, motion%fy, motion%ux, motion%uy, motion%wx, motion%wy, &
-                        motion%vx, motion%vy, contact%impulse, contact%cohesive%impulse, contact%cohesive%separation, &
-                        contact%force, contact%jump, contact%kick, contact%partial)
+      call contact%step(.true., min(contact_tolerance, contact_fraction*tolerance), warm, b, loads%free_x, loads%free_y, &
+                        loads%px, loads%py, motion)
       if (self%now%at_rest) call contact%cohesive%release(contact%n_pairs)
       call self%contact_watch%stop()
    end subroutine step
@@ -312,7 +305,7 @@ contains
       self%velocity(:, 1, 2) = motion%vy(:n)
    end subroutine keep_velocities
 
-   !> Sums over blocks, of all nodes and then of contact nodes, in their order.
+   !> Sums over blocks, of all nodes and then of contact nodes that were left out, in their order.
    subroutine sum_up(self, rows, contact, sums)
       class(relaxation_t), intent(in) :: self
       type(rows_t), intent(in) :: rows

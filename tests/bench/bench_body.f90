@@ -80,7 +80,7 @@ contains
          call model%failure%adopt(model%mesh, model%changes)
       end if
       call model%prepare()
-      if (model%has_grown(at_all=.true.)) call model%renumber(map)      ! as a run does
+      if (model%has_grown(by_more_than=0)) call model%renumber(map)      ! as a run does
       definition(1) = load_definition_t(kind=load_support, set=set_left, first_dof=1, last_dof=2)
       definition(2) = load_definition_t(kind=load_support, set=set_right, first_dof=1, last_dof=1, value=-pull)
       definition(3) = load_definition_t(kind=load_support, set=set_right, first_dof=2, last_dof=2, value=-pull)

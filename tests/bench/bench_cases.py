@@ -139,9 +139,11 @@ def files(bench):
 
 
 def phases(log):
-    """The profile in the log: seconds of each phase; `of it contact of connected pairs` is part of the relaxation."""
+    """The profile in the log: seconds of each phase; `of it contact after the step` is part of the relaxation."""
     line = re.search(r"^time: (.*)$", log, re.MULTILINE)
-    return {name: float(value) for name, value in re.findall(r"([a-z]+) (\S+) s", line.group(1))}
+    words = line.group(1).replace("(of it ", ", ").replace(")", "")
+    found = re.findall(r"([a-z ]+?) (\S+) s(?:,|$)", words)
+    return {name.strip(): float(value) for name, value in found}
 
 
 # ---------------------------------------------------------------------------------------------- whole runs

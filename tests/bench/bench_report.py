@@ -285,13 +285,13 @@ Between two looks there are 300 to 2,000 steps.""",
     "A split event": """\
 Medians over many events at random nodes, half of them at the newest nodes, without the relaxation that follows; in a
 body that is whole at first, and in the cracked one of the contact table.
-The columns on the right are parts of the whole event (medians too, which do not add up). The first event of a run moves all arrays to where they
-have room to grow (factor 1.5).""",
+The columns on the right are parts of the whole event (medians too, which do not add up). The first event of a run
+moves all arrays to where they have room to grow (factor 1.5).""",
     "Growth": """\
 Million updates a second on one thread, contact left out, of a mesh whose nodes splitting at random has made 5 % more.
 New nodes stand at the end of the numbering, far from their neighbours in memory; a run numbers its mesh anew after 1 %
-of growth, and 512 nodes at least. Splitting leaves irregular triangles with more nodes and stiffness entries an element,
-so that the rate before does not come back.""",
+of growth, and 512 nodes at least. Splitting leaves irregular triangles with more nodes and stiffness entries an
+element, so that the rate before does not come back.""",
     "Memory": """\
 Resident memory of a body at work. Everything on: cracks and pairs, criterion and stress of all nodes, the
 equilibria that a run may come back to.""",
@@ -299,7 +299,8 @@ equilibria that a run may come back to.""",
 Wall time; the reading is that of the log's line `model:`.""",
     "Whole runs": """\
 The paper's decks as they are, at TOLERANCE = EVENT TOLERANCE = 1e-6. The columns on the right are the log's
-line `time:` in seconds; contact of connected pairs is part of the relaxation, that of the others part of its step.
+line `time:` in seconds. Contact after the step is part of the relaxation: groups of pairs that share nodes, pairs of
+which each node lies in another block, and pairs that soften; the others are solved within the step.
 Elements are those at the start, updates per second those of the relaxation alone, with the elements there are then.""",
     "Equilibrium from rest": """\
 The beam above, from nothing to equilibrium. A relaxation needs iterations in proportion to the beam's length in
@@ -382,9 +383,8 @@ def roofline(figures, path):
     for threads, colour in ((1, "tab:blue"), (2, "tab:orange")):
         rows = [row for row in steps if row["threads"] == threads]
         megabytes = [row["bytes_per_step"] / 1e6 for row in rows]
-        axes.plot(
-            megabytes, [rate(row) for row in rows], "o-", color=colour, label=f"complete step, {threads} thread" + "s" * (threads - 1)
-        )
+        label = "complete step, 1 thread" if threads == 1 else f"complete step, {threads} threads"
+        axes.plot(megabytes, [rate(row) for row in rows], "o-", color=colour, label=label)
         wide = figures["bandwidth"][str(threads)]
         caches = figures["machine"]["cache_bytes"]
         edges = [0.8, threads * caches["L2"] / 1e6, caches["L3"] / 1e6, 400.0]
@@ -394,9 +394,7 @@ def roofline(figures, path):
             limit = wide["bandwidth_" + level] / per_update / 1e6
             axes.plot([low, high], [limit, limit], "--", color=colour, linewidth=1)
             axes.annotate(f"{level}, {threads}", (high, limit), ha="right", va="bottom", color=colour, fontsize=8)
-    axes.set(
-        xscale="log", xlabel="what a step moves [MB]", ylabel="million element updates per second", ylim=(0, None)
-    )
+    axes.set(xscale="log", xlabel="what a step moves [MB]", ylabel="million element updates per second", ylim=(0, None))
     axes.set_title("Rates (points) and bounds of the measured bandwidth (dashed)", fontsize=10)
     axes.legend(fontsize=8)
     figure.tight_layout()

@@ -174,7 +174,6 @@ contains
             'partial', 'jump', 'kick', 'key', 'by_key', 'cohesive/impulse', 'cohesive/cap', 'cohesive/critical', 'cohesive/steep')
          rule = '-'
       end select
-      if (index(name(9:), 'blocks/') == 1) rule = '-'
    end function contact_rule
 
    function loads_rule(name) result(rule)
@@ -225,7 +224,7 @@ contains
          rule = 'n *'
       case ('wanted', 'time_step', 'last_time_step', 'safe', 'forces_vary', 'damped', 'changing', 'starting')
          rule = '='
-      case ('mass', 'damping', 'inverse_mass', 'keep', 'ones', 'partial', 'special', 'touching', 'n_moving', 'moving', 'target', &
+      case ('mass', 'damping', 'inverse_mass', 'keep', 'ones', 'partial', 'special', 'n_moving', 'moving', 'target', &
             'old_moving', 'moving_force', 'old_contact', 'old_x', 'old_y', 'booked_x', 'booked_y')
          rule = '-'
       end select

@@ -136,7 +136,7 @@ def test_checkpoints_of_the_deck(tmp_path):
     assert done.returncode == 0 and done.digests == plain.digests
     assert tables(tmp_path / "plain") == tables(tmp_path / "whole")
     shutil.copytree(tmp_path / "whole", tmp_path / "moved")
-    profile = r"^time: .*relaxation \S+ s \(of it contact of connected pairs \S+ s\), .*, checkpoints \S+ s$"
+    profile = r"^time: .*relaxation \S+ s \(of it contact after the step \S+ s\), .*, checkpoints \S+ s$"
     assert re.search(profile, done.stdout, re.M)
     assert ", checkpoints " not in plain.stdout
     for name in ("j.rst.h5", "j.rst.1.h5"):
