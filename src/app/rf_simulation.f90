@@ -172,8 +172,8 @@ module rf_simulation
          integer, intent(in) :: s
       end subroutine excavate
 
-      !> Number the mesh anew where it has grown enough, or by more nodes than are given. The states that the run may come back to are not carried:
-      !> this stands where the present state is taken next.
+      !> Number the mesh anew where it has grown enough, or by more nodes than are given. The states that the run may come back
+      !> to are not carried: this stands where the present state is taken next.
       module subroutine follow_growth(self, by_more_than)
          class(simulation_t), intent(inout) :: self
          integer, intent(in), optional :: by_more_than
