@@ -1,4 +1,4 @@
-"""A slab on a plane is pushed for 4 ms and comes to rest by friction: where the faces have slipped to, there they stick."""
+"""A slab on a plane is pushed for 4 ms; friction brings it to rest: where faces have slipped to, there they stick."""
 
 import numpy as np
 import pytest
