@@ -360,11 +360,10 @@ project set itself on a machine whose memory brings 86 / 27 to 36 / 16 GB/s a co
 holds the cores that costs much more than a second thread brings (tenfold was seen on two busy cores): take as many
 threads as there are free cores (`--threads`), or let threads sleep (`OMP_WAIT_POLICY=passive`).
 
-{bandwidth_table(figures)}
-
-![Million element updates per second against what a step moves](performance_roofline.png)
-
 """
+    if "bandwidth" in figures:
+        head += bandwidth_table(figures) + "\n\n"
+        head += "![Million element updates per second against what a step moves](performance_roofline.png)\n\n"
     (Path(folder) / "performance.md").write_text(head + tables(figures), encoding="utf-8")
 
 
