@@ -3,7 +3,8 @@
     ./run bench [--quick] [--long] [--only NAME,..] [--peers] [--publish]
 
 Parts (--only): step, look, event, growth, memory, files, runs, direct. Parts that are left out keep the figures of the
-last run, each with its date, program and load. It is no test: nothing fails because a machine is slow.
+last run, each with its date, program and the cores that other work held. It is no test: nothing fails because a machine
+is slow.
 """
 
 import argparse
@@ -112,9 +113,16 @@ def machine(bench):
         "compiler": first_line(["gfortran", "--version"]),
         "version": version.splitlines()[0],
         "flags": version.splitlines()[1].removeprefix("flags: "),
-        "date": datetime.now().astimezone().isoformat(timespec="minutes"),
-        "load": os.getloadavg()[0],
     }
+
+
+def work_of_others():
+    """Processor time that has gone to others than this program and what it has called [s]."""
+    ticks = Path("/proc/stat").read_text(encoding="utf-8").split("\n", 1)[0].split()[1:]
+    user, nice, system, _, _, interrupts, soft, stolen = (int(tick) for tick in ticks[:8])
+    own = os.times()
+    everything = (user + nice + system + interrupts + soft + stolen) / os.sysconf("SC_CLK_TCK")
+    return everything - (own.user + own.system + own.children_user + own.children_system)
 
 
 def main():
@@ -157,12 +165,9 @@ def main():
 def measured(bench, stored, name, part):
     """Measure a part and store its figures, with when and what they were measured on; whether it came to its end."""
     say(f"== {name}")
-    load = os.getloadavg()[0]
-    if load > 0.5:
-        say(f"   other work runs on this machine (load {load:.1f}): the figures will be lower than they could be")
-    machine_now = bench.figures["machine"]
-    stamp = {"date": datetime.now().astimezone().isoformat(timespec="minutes"), "load": load}
-    stamp |= {"version": machine_now["version"]}
+    stamp = {"date": datetime.now().astimezone().isoformat(timespec="minutes")}
+    stamp["version"] = bench.figures["machine"]["version"]
+    start, others_before = time.monotonic(), work_of_others()
     try:
         figures = part(bench)
         if name == "step":
@@ -171,6 +176,9 @@ def measured(bench, stored, name, part):
         say(f"bench: {name}: {error}")
         bench.figures.pop(name, None)
         return False
+    stamp["others"] = max(0.0, work_of_others() - others_before) / (time.monotonic() - start)
+    if stamp["others"] > 0.1:
+        say(f"   other work held {stamp['others']:.1f} cores meanwhile: the figures are lower than they could be")
     bench.figures[name] = figures
     bench.figures.setdefault("measured", {})[name] = stamp
     stored.write_text(json.dumps(bench.figures, indent=1) + "\n", encoding="utf-8")

@@ -310,11 +310,12 @@ sequence of states near each other, with contact, friction and growing cracks: i
 
 
 def stamp(figures, name):
-    """When a part was measured, with what, beside how much other work."""
+    """When a part was measured, with what, and how many cores other work held meanwhile."""
     measured = figures.get("measured", {}).get(name)
     if not measured:
         return ""
-    return f"*{measured['date']}, {measured['version']}, load at its beginning {measured['load']:.1f}.*"
+    others = f"; other work held {measured['others']:.2f} cores meanwhile" if "others" in measured else ""
+    return f"*{measured['date']}, {measured['version']}{others}.*"
 
 
 def tables(figures):
