@@ -266,7 +266,7 @@ A complete step: internal forces, damped update, supports, and all sums that dam
 need. *Bytes an update* counts the rows' entries once and the node arrays u, w, v, f, 1/m once, and p where forces
 act (what is written is read before); the bound is the bandwidth measured in the same run divided by that, of
 the fastest memory that holds it. Below the bound lies what gathering costs: in the caches that, not the bandwidth,
-is the limit. On two threads the best of three processes counts, the slowest stands beside it: how a process's memory
+is the limit. On two threads the best of five processes counts, the slowest stands beside it: how a process's memory
 lies in the caches is luck.""",
     "Numberings": """\
 Million updates a second by `*JOB, ORDERING=`. NONE keeps the deck's order: here row by row, and at random,
