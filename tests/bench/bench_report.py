@@ -266,8 +266,9 @@ A complete step: internal forces, damped update, supports, and all sums that dam
 need. *Bytes an update* counts the rows' entries once and the node arrays u, w, v, f, 1/m once, and p where forces
 act (what is written is read before); the bound is the bandwidth measured in the same run divided by that, of
 the fastest memory that holds it. Below the bound lies what gathering costs: in the caches that, not the bandwidth,
-is the limit. On two threads the best of five processes counts, the slowest stands beside it: how a process's memory
-lies in the caches is luck.""",
+is the limit. (A fifth of what a step of 1M moves can stay in the third level: a point may lie above its bound.) On two
+threads the best of five processes counts, the slowest stands beside it: how a process's memory lies in the caches is
+luck.""",
     "Numberings": """\
 Million updates a second by `*JOB, ORDERING=`. NONE keeps the deck's order: here row by row, and at random,
 which is the worst a mesh generator can do. Nothing need be chosen: HILBERT, the default, is as fast as the best of the
@@ -394,7 +395,7 @@ def roofline(figures, path):
             limit = wide["bandwidth_" + level] / per_update / 1e6
             axes.plot([low, high], [limit, limit], "--", color=colour, linewidth=1)
             axes.annotate(f"{level}, {threads}", (high, limit), ha="right", va="bottom", color=colour, fontsize=8)
-    axes.set(xscale="log", xlabel="what a step moves [MB]", ylabel="million element updates per second", ylim=(0, None))
+    axes.set(xscale="log", xlabel="what a step moves [MB]", ylabel="million element updates per second", yscale="log")
     axes.set_title("Rates (points) and bounds of the measured bandwidth (dashed)", fontsize=10)
     axes.legend(fontsize=8)
     figure.tight_layout()
