@@ -142,7 +142,7 @@ def files(bench):
 def phases(log):
     """The profile in the log: seconds of each phase; `of it contact after the step` is part of the relaxation."""
     line = re.search(r"^time: (.*)$", log, re.MULTILINE)
-    words = line.group(1).replace("(of it ", ", ").replace(")", "")
+    words = line.group(1).replace(" (of it ", ", ").replace(")", "")
     found = re.findall(r"([a-z ]+?) (\S+) s(?:,|$)", words)
     return {name.strip(): float(value) for name, value in found}
 
