@@ -28,7 +28,7 @@ contains
          where (self%weight(:, p) > 0) self%gain(:, p) = 1/self%weight(:, p)
       end do
       self%blocks%n = (n_nodes - 1)/block_size + 1
-      call make_sums(self%partial, self%blocks%n)
+      call grow(self%partial, self%blocks%n, 2)
       allocate (is_direct(self%n_groups), source=.false.)
       do p = 1, self%n_lone
          is_direct(p) = all(free_x(self%pair(:, p)) == free_y(self%pair(:, p))) .and. .not. self%cohesive%bonded(p)
@@ -39,16 +39,6 @@ contains
       call list_bundles(self)
    end subroutine arrange
 
-   subroutine make_sums(sums, n_blocks)
-      real(wp), allocatable, intent(inout) :: sums(:, :)
-      integer, intent(in) :: n_blocks
-      if (allocated(sums)) then
-         if (size(sums, 2) /= n_blocks) deallocate (sums)
-      end if
-      if (.not. allocated(sums)) allocate (sums(2, n_blocks))
-      sums = 0
-   end subroutine make_sums
-
    !> Block of a node.
    elemental integer function block_of(node)
       integer, intent(in) :: node
@@ -58,47 +48,27 @@ contains
    !> Pairs that are solved at once, block by block; in each those first whose nodes both lie in it.
    subroutine list_direct(self, is_direct)
       class(contact_t), intent(inout) :: self
-      !> of the pairs that share no node; these stand in the order of their lower nodes
+      !> of the pairs that share no node
       logical, intent(in) :: is_direct(:)
-      integer, allocatable :: home(:), away(:)
-      integer :: p, d, k
-      home = block_of(self%pair(1, :self%n_lone))
-      away = block_of(self%pair(2, :self%n_lone))
+      integer, allocatable :: pair(:), home(:), order(:), inner_first(:)
+      logical, allocatable :: inner(:)
+      integer :: d, p
+      pair = pack([(p, p=1, self%n_lone)], is_direct)
+      home = block_of(self%pair(1, pair))
+      inner = home == block_of(self%pair(2, pair))
+      allocate (order, source=sorted_order(2*int(home, i8) + merge(0, 1, inner)))
       associate (blocks => self%blocks)
-         blocks%direct_first = starts(pack(home, is_direct), blocks%n)
-         blocks%direct_outer = starts(pack(home, is_direct .and. home == away), blocks%n)
-         blocks%direct_outer = blocks%direct_first(:blocks%n) + blocks%direct_outer(2:) - blocks%direct_outer(:blocks%n)
-         d = count(is_direct)
-         call make_room(blocks, d)
-         p = 1
-         do k = 1, blocks%n
-            d = blocks%direct_first(k)
-            call take(k, same=.true.)
-            call take(k, same=.false.)
-            do while (p <= self%n_lone)
-               if (home(p) > k) exit
-               p = p + 1
-            end do
+         blocks%direct_first = starts(home, blocks%n)
+         inner_first = starts(pack(home, inner), blocks%n)
+         blocks%direct_outer = blocks%direct_first(:blocks%n) + inner_first(2:) - inner_first(:blocks%n)
+         call make_room(blocks, size(pair))
+         do d = 1, size(pair)
+            p = pair(order(d))
+            blocks%direct_pair(d) = p
+            blocks%direct_node(:, d) = self%pair(:, p)
+            blocks%direct(:, d) = properties(self, p)
          end do
       end associate
-
-   contains
-
-      !> The pairs from p on that have their lower node in a block, and the other in the same or in another one.
-      subroutine take(block, same)
-         integer, intent(in) :: block
-         logical, intent(in) :: same
-         integer :: q
-         do q = p, self%n_lone
-            if (home(q) > block) exit
-            if (.not. is_direct(q) .or. ((away(q) == block) .neqv. same)) cycle
-            self%blocks%direct_pair(d) = q
-            self%blocks%direct_node(:, d) = self%pair(:, q)
-            self%blocks%direct(:, d) = properties(self, q)
-            d = d + 1
-         end do
-      end subroutine take
-
    end subroutine list_direct
 
    !> Room for direct pairs.
